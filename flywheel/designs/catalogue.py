@@ -141,15 +141,15 @@ class MotorChoice(NamedTuple):
             "rated_speed": None if rated is None else rated.speed,
             "inertia": row.motor.inertia,
         }
-        told = {name: value for name, value in self._asdict().items() if name not in ("motor", "start")}
+        values = {name: value for name, value in self._asdict().items() if name not in ("motor", "start")}
         names = (*StartOfMotor._fields, "share")
-        return own | told | {f"start_{name}": None if start is None else getattr(start, name) for name in names}
+        return own | values | {f"start_{name}": None if start is None else getattr(start, name) for name in names}
 
     @property
     def starts_anywhere(self) -> bool:
         """True if the motor starts the machine from every crank angle."""
-        known = self.starting_torque is not None and self.hardest_load is not None
-        return known and self.starting_torque > self.hardest_load  # type: ignore[operator]
+        certain = self.starting_torque is not None and self.hardest_load is not None
+        return certain and self.starting_torque > self.hardest_load  # type: ignore[operator]
 
 
 class Terms(NamedTuple):
@@ -246,16 +246,16 @@ def suitable_motors(
     crank = _crank_speed(scene)
     ratio = _checked(scene, ratio, crank, terms)
     adjusted = crank if ratio == ADJUSTED else None
-    found: list[MotorChoice] = []
-    with progress_bar(len(catalogue.motors), progress, "motors") as told, suppress(KeyboardInterrupt):
+    choices: list[MotorChoice] = []
+    with progress_bar(len(catalogue.motors), progress, "motors") as bar, suppress(KeyboardInterrupt):
         for motor in catalogue.motors:
-            found.append(_choice(scene, motor, adjusted, terms, rtol))
-            told(1)
-    ordered = sorted((choice for choice in found if choice.suits), key=_cheapest)
+            choices.append(_choice(scene, motor, adjusted, terms, rtol))
+            bar(1)
+    ordered = sorted((choice for choice in choices if choice.suits), key=_cheapest)
     suitable, failed = ordered, dict[str, MotorChoice]()
     with suppress(KeyboardInterrupt):
         suitable, failed = _confirmed(scene, ordered, adjusted, terms)
-    refused = [failed.get(choice.motor.name, choice) for choice in found]
+    refused = [failed.get(choice.motor.name, choice) for choice in choices]
     return SuitableMotors(
         scene=scene,
         suitable=tuple(suitable),
@@ -264,7 +264,7 @@ def suitable_motors(
         crank_speed=adjusted,
         notes=(*_notes(scene, catalogue, ratio, crank), *_start_notes(suitable, refused, terms)),
         skipped=catalogue.faults,
-        missing=len(catalogue.motors) - len(found),
+        missing=len(catalogue.motors) - len(choices),
     )
 
 
@@ -314,8 +314,8 @@ def _faults_of(terms: Terms, scene: Scene) -> Iterator[Fault]:
         yield Fault("at", f'"{terms.at}"', f'an angle or "{WORST}"')
     if terms.start_time is not None and not 0.0 < terms.start_time < inf:
         yield Fault("start_time", f"{terms.start_time:g} s", "a time above 0")
-    for name, given in (("wheel_limits", terms.wheel_limits), ("wheel_prices", terms.wheel_prices)):
-        for what, value in given.items():
+    for name, numbers in (("wheel_limits", terms.wheel_limits), ("wheel_prices", terms.wheel_prices)):
+        for what, value in numbers.items():
             if what not in WHEEL:
                 yield Fault(name, f'"{what}"', " or ".join(f'"{each}"' for each in WHEEL))
             elif not 0.0 <= value < inf:
@@ -364,16 +364,16 @@ def with_motor(scene: Scene, motor: CatalogueMotor, crank_speed: float | None = 
     changes: dict[str, Any] = {f"drive.{key}": None for key in ("torque", "motor") if key in tables["drive"]}
     changes["drive.motor"] = {**motor.table, **_inverter_of(scene, motor), **_start_of(scene, motor)}
     if crank_speed is not None:
-        found: Motor = motor.motor
+        kind: Motor = motor.motor
         if "inverter" in changes["drive.motor"]:  # whose frequency sets the speed
-            found = scene.with_(changes).motor or found
-        rated = found.rated
+            kind = scene.with_(changes).motor or kind
+        rated = kind.rated
         if rated is None:
             advice = "give it speed with torque or power, or take --ratio fixed"
             expected = "one, for which the ratio of its shaft is chosen"
             raise SceneError([Fault(f"shafts.{on}.ratio", f"a {motor.motor.title} without a rated point", expected, advice)])
         own = parse_range(tables["shafts"][on]["ratio"], "number")
-        speed = rated.speed if found.peak(0.0) is None else found.no_load_speed or rated.speed  # of a servo, that it holds
+        speed = rated.speed if kind.peak(0.0) is None else kind.no_load_speed or rated.speed  # of a servo, that it holds
         changes[f"shafts.{on}.ratio"] = own * speed / crank_speed / scene.shafts[on]
     return scene.with_(changes)
 
@@ -382,11 +382,11 @@ def _inverter_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
     """Inverter of a motor of the table: the scene's own, where its type may have one."""
     assert scene.document is not None
     motor = scene.document.tables["drive"].get("motor")
-    given = motor.get("inverter") if isinstance(motor, Mapping) else None
-    if not isinstance(given, Mapping) or (row.motor.circuit is not None and not row.motor.keeps_step):
+    table = motor.get("inverter") if isinstance(motor, Mapping) else None
+    if not isinstance(table, Mapping) or (row.motor.circuit is not None and not row.motor.keeps_step):
         return {}
     kind = str(row.table.get("type", "induction"))
-    return {"inverter": dict(given)} if "inverter" in {key.name for key in MOTORS[kind].keys} else {}
+    return {"inverter": dict(table)} if "inverter" in {key.name for key in MOTORS[kind].keys} else {}
 
 
 def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
@@ -424,15 +424,15 @@ def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, terms: Terms
         choice = _at_rest(choice, machine, terms)
         if choice.reason:
             return choice
-        found = _sized(machine, rtol)
+        sizing = _sized(machine, rtol)
     except SceneError as error:
-        told = [_told(fault) for fault in error.faults]
-        decided = [reason for reason, known in told if known]
-        return choice._replace(suits=False if decided else None, reason="; ".join(decided[:2]) or told[0][0])
-    choice = _figures(choice, found, terms)
-    if reason := _beyond(choice, found, terms):
+        reasons = [_told(fault) for fault in error.faults]
+        decided = [reason for reason, certain in reasons if certain]
+        return choice._replace(suits=False if decided else None, reason="; ".join(decided[:2]) or reasons[0][0])
+    choice = _figures(choice, sizing, terms)
+    if reason := _beyond(choice, sizing, terms):
         return choice._replace(suits=False, reason=reason)
-    return _started(choice, found, machine, terms)
+    return _started(choice, sizing, machine, terms)
 
 
 def _ratio(scene: Scene) -> float:
@@ -463,13 +463,13 @@ def _at_rest(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice
         starting_torque=torque, load_at_start=load, hardest_start=float(around[worst]), hardest_load=float(loads[worst])
     )
     angle = figure(np.degrees(at), most=4)
-    told = f"starting torque {figure(torque, most=4)} N m, the load at rest at {angle} deg is {figure(load, most=4)} N m"
-    told = f"{_NO_START[0]}: {told} on its shaft"
+    reason = f"starting torque {figure(torque, most=4)} N m, the load at rest at {angle} deg is {figure(load, most=4)} N m"
+    reason = f"{_NO_START[0]}: {reason} on its shaft"
     if torque > load and machine.has_joint_friction and not _breaks_away(machine, at):
-        told += ", and friction in its joints holds it"
+        reason += ", and friction in its joints holds it"
     elif torque > load:
         return choice
-    return choice._replace(suits=False, reason=told)
+    return choice._replace(suits=False, reason=reason)
 
 
 def _breaks_away(machine: Machine, at: float) -> bool:
@@ -480,15 +480,15 @@ def _breaks_away(machine: Machine, at: float) -> bool:
         return bool(dynamics.from_rest(at, *neighbours(machine, at), np.zeros(1), states)[0][0] > 0.0)
 
 
-def _started(choice: MotorChoice, found: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
+def _started(choice: MotorChoice, sizing: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
     """The motor with its start, followed through the torque map, or in time if that is not possible."""
     motor = machine.scene.motor
     assert motor is not None
     if not maps(motor) or motor.keeps_step:
         return _in_time(choice, machine, terms)
-    inertia = _wheel_inertia(found) * machine.scene.flywheel_ratio**2
+    inertia = _wheel_inertia(sizing) * machine.scene.flywheel_ratio**2
     at = _place(choice, terms)
-    rough = found.machine if machine.has_joint_friction and found.machine is not None else machine
+    rough = sizing.machine if machine.has_joint_friction and sizing.machine is not None else machine
     with np.errstate(all="ignore"):
         run = mapped_run_up(rough, inertia, at, _full_speed(motor, choice))
     if not run.reached:
@@ -516,9 +516,9 @@ def _full_speed(motor: Motor, choice: MotorChoice) -> float:
     return steady if motor.rated is None else min(motor.rated.speed / choice.ratio, steady)
 
 
-def _wheel_inertia(found: Sizing) -> float:
+def _wheel_inertia(sizing: Sizing) -> float:
     """Inertia (kg m², on its own shaft) of the flywheel as it is built."""
-    return found.built.wheel.inertia if found.built is not None else found.inertia or 0.0
+    return sizing.built.wheel.inertia if sizing.built is not None else sizing.inertia or 0.0
 
 
 def _short_of_it(run: RunUp, choice: MotorChoice) -> str:
@@ -538,13 +538,13 @@ def _judged(choice: MotorChoice, terms: Terms) -> MotorChoice:
     start = choice.start
     assert start is not None
     wheel = f"with its flywheel of {figure(choice.flywheel or 0.0, most=4)} kg m^2"
-    told = f"the start {wheel} takes {figure(start.time, most=3)} s"
+    reason = f"the start {wheel} takes {figure(start.time, most=3)} s"
     if start.share is not None and start.share > 1.0 + TIE:
         share = f"{figure(100 * start.share, most=3)} % of what its locked-rotor time bears (I² t)"
-        return choice._replace(suits=False, reason=f"too hot a start: {told} and {share}")
+        return choice._replace(suits=False, reason=f"too hot a start: {reason} and {share}")
     if terms.start_time is not None and start.time > terms.start_time * (1.0 + TIE):
-        told = f"{told}, {figure(terms.start_time, most=4)} s at most are allowed"
-        return choice._replace(suits=False, reason=f"too slow a start: {told}")
+        reason = f"{reason}, {figure(terms.start_time, most=4)} s at most are allowed"
+        return choice._replace(suits=False, reason=f"too slow a start: {reason}")
     return choice._replace(suits=True)
 
 
@@ -555,12 +555,12 @@ def _in_time(choice: MotorChoice, machine: Machine, terms: Terms) -> MotorChoice
     switches = () if motor.start is None else motor.start.connections
     speeds = [connection.until.speed for connection in switches if connection.until.speed is not None]
     full = max([_full_speed(motor, choice), *((1.0 + TIE) * speed / _ratio(machine.scene) for speed in speeds)])
-    asked: dict[str, Any] = {"at": _place(choice, terms), "inertia": choice.wheel_inertia or 0.0, "rtol": _TOLERANCE}
+    options: dict[str, Any] = {"at": _place(choice, terms), "inertia": choice.wheel_inertia or 0.0, "rtol": _TOLERANCE}
     try:
-        run = transient(machine, end="regime" if motor.keeps_step else Until("speed", full, False), **asked)
+        run = transient(machine, end="regime" if motor.keeps_step else Until("speed", full, False), **options)
         last = max(as_started(run.scene.motor or motor).times, default=0.0)
         if run.reason == "speed" and last > run.time:
-            run = transient(machine, end=1.0000001 * last, **asked)
+            run = transient(machine, end=1.0000001 * last, **options)
     except SceneError as error:
         if choice.start is not None:  # of the map: that no other route confirms it is no reason against it
             return choice
@@ -575,8 +575,8 @@ def _along(choice: MotorChoice, run: Transient, motor: Motor, terms: Terms) -> M
         return choice._replace(suits=False, reason=f"does not come up to speed {wheel}: {run.ended}")
     speed = run.omega * (choice.ratio or 1.0)
     if motor.keeps_step and abs(speed / (motor.no_load_speed or speed) - 1.0) > _IN_STEP:
-        told = f"it stays at {figure(speed * 60 / TURN, most=4)} rpm on its shaft, after {figure(run.time, most=3)} s"
-        return choice._replace(suits=False, reason=f"does not pull into step on starting: {told}")
+        reason = f"it stays at {figure(speed * 60 / TURN, most=4)} rpm on its shaft, after {figure(run.time, most=3)} s"
+        return choice._replace(suits=False, reason=f"does not pull into step on starting: {reason}")
     heat = run.start_heat
     squared = None if choice.start is None else choice.start.current_squared  # of the map, for a motor with states
     squared = squared if heat is None else heat.current_squared
@@ -599,9 +599,9 @@ def _confirmed(
     return [], failed
 
 
-def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: Terms) -> Iterator[str]:
+def _start_notes(suitable: list[MotorChoice], choices: list[MotorChoice], terms: Terms) -> Iterator[str]:
     """Notes on starts: their beginning, the method, and unknown or limited results."""
-    if any(choice.reason.startswith(_NO_START) for choice in found) and not isinstance(terms.at, str):
+    if any(choice.reason.startswith(_NO_START) for choice in choices) and not isinstance(terms.at, str):
         yield f"starts begin at crank angle {figure(np.degrees(terms.at), most=4)} deg (--at names another)"
     timed = [choice for choice in suitable if choice.start is not None and choice.start.route == IN_TIME]
     if suitable:
@@ -617,9 +617,9 @@ def _start_notes(suitable: list[MotorChoice], found: list[MotorChoice], terms: T
     engines = [choice for choice in suitable if choice.motor.motor.governed and choice.motor.motor.covers[0] > 0.0]
     if engines:
         yield f"{_named(engines)} run by themselves from idle on: below it their curves stand for a starter and a clutch"
-    held = [choice for choice in suitable if not choice.starts_anywhere]
-    if held and terms.at != WORST:
-        yield f"the machine does not start from every crank angle with {_named(held)} (--at worst checks that)"
+    elsewhere = [choice for choice in suitable if not choice.starts_anywhere]
+    if elsewhere and terms.at != WORST:
+        yield f"the machine does not start from every crank angle with {_named(elsewhere)} (--at worst checks that)"
     if terms.wheel_prices and suitable and all(choice.total_price is None for choice in suitable):
         yield "the table has no prices, so that the order is by power"
     elif terms.wheel_prices and suitable:
@@ -639,12 +639,12 @@ def _named(choices: list[MotorChoice]) -> str:
 def _sized(machine: Machine, rtol: float | None) -> Sizing:
     """The sizing for the scene's requirements, and within the rated point if there is no limit of the motor."""
     scene = machine.scene
-    found = size(machine, rtol, simulate=False)
+    sizing = size(machine, rtol, simulate=False)
     if scene.inertia is not None or of_motor(scene):
-        return found
-    loads = _loads(found)
+        return sizing
+    loads = _loads(sizing)
     if all(share <= RATED[name] for name, share in loads.items()):
-        return found  # no smaller one keeps the irregularity
+        return sizing  # no smaller one keeps the irregularity
     limits = {name: RATED[name] for name in loads} | dict(scene.limits)
     if scene.irregularity is not None:
         limits["irregularity"] = scene.irregularity
@@ -657,8 +657,8 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
 def _loads(sizing: Sizing) -> dict[str, float]:
     """Heat and torque of a motor over those of its rated point, if known; over the duty if there is one."""
     if sizing.duty is not None:
-        known = {"motor_heat": sizing.duty.heat_share, "motor_rms": sizing.duty.rms_torque_share}
-        return {name: share for name, share in known.items() if share is not None}
+        loads = {"motor_heat": sizing.duty.heat_share, "motor_rms": sizing.duty.rms_torque_share}
+        return {name: share for name, share in loads.items() if share is not None}
     cycle, run, motor = sizing.cycle, sizing.run, sizing.scene.motor
     if cycle is None or run is None or motor is None or motor.rated is None:
         return {}
@@ -667,32 +667,32 @@ def _loads(sizing: Sizing) -> dict[str, float]:
     return {name: share.value for name, share in shares(names, shaft).items()}
 
 
-def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
+def _figures(choice: MotorChoice, sizing: Sizing, terms: Terms) -> MotorChoice:
     """A motor suitable so far, with the figures of its machine's sizing."""
     row = choice.motor
-    loads, energy, rated = _loads(found), found.energy, row.motor.rated
+    loads, energy, rated = _loads(sizing), sizing.energy, row.motor.rated
     power = None if energy is None else energy.mean_power
-    if found.duty is not None:
-        power = found.duty.mean_power
-    wheel = None if found.built is None else found.built.wheel
-    without = not found.inertia
+    if sizing.duty is not None:
+        power = sizing.duty.mean_power
+    wheel = None if sizing.built is None else sizing.built.wheel
+    without = not sizing.inertia
     own = {
-        "inertia": _wheel_inertia(found),
+        "inertia": _wheel_inertia(sizing),
         "mass": 0.0 if without else None if wheel is None else wheel.mass,
         "diameter": 0.0 if without else None if wheel is None else 2.0 * wheel.body.outer,
     }
     paid = sum(price * (own[name] or 0.0) for name, price in terms.wheel_prices.items()) if terms.wheel_prices else None
     return choice._replace(
         suits=True,
-        flywheel=found.inertia,
-        error=found.error.exact,
-        speed=found.speed,
-        irregularity=None if found.run is None else found.run.irregularity,
+        flywheel=sizing.inertia,
+        error=sizing.error.exact,
+        speed=sizing.speed,
+        irregularity=None if sizing.run is None else sizing.run.irregularity,
         heat_share=loads.get("motor_heat"),
         rms_torque_share=loads.get("motor_rms"),
         load_share=None if power is None or rated is None else power / rated.power,
-        binding=found.binding
-        or ("irregularity" if found.scene.irregularity is not None and found.flywheel.needed else None),
+        binding=sizing.binding
+        or ("irregularity" if sizing.scene.irregularity is not None and sizing.flywheel.needed else None),
         wheel_inertia=own["inertia"],
         wheel_mass=own["mass"],
         wheel_diameter=own["diameter"],
@@ -701,10 +701,10 @@ def _figures(choice: MotorChoice, found: Sizing, terms: Terms) -> MotorChoice:
     )
 
 
-def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
+def _beyond(choice: MotorChoice, sizing: Sizing, terms: Terms) -> str:
     """Reason why a motor is unsuitable with its flywheel: its rating, the bounds or stresses of the wheel."""
-    if found.scene.inertia is not None:  # a given flywheel: it is looked at alone
-        over = {name: figure(100 * share, most=4) for name, share in _loads(found).items() if share > RATED[name] + TIE}
+    if sizing.scene.inertia is not None:  # a given flywheel: it is looked at alone
+        over = {name: figure(100 * share, most=4) for name, share in _loads(sizing).items() if share > RATED[name] + TIE}
         if over:
             return "; ".join(f"{_WORDS[name]}: {share} % of its rating" for name, share in over.items())
     wheel = {"inertia": choice.wheel_inertia, "mass": choice.wheel_mass, "diameter": choice.wheel_diameter}
@@ -713,7 +713,7 @@ def _beyond(choice: MotorChoice, found: Sizing, terms: Terms) -> str:
         if value is not None and value > most * (1.0 + TIE):
             sizes = f"{figure(value, most=4)} {WHEEL[name]}, {figure(most, most=4)} {WHEEL[name]} at most are allowed"
             return f"too large a flywheel: its {name} is {sizes}"
-    built = None if found.built is None else found.built.wheel
+    built = None if sizing.built is None else sizing.built.wheel
     if built is not None and (built.utilisation or 0.0) > 1.0 + TIE:
         allowed = figure((built.material.allowable or 0.0) / 1e6, most=4)
         stress = figure(built.greatest_stress / 1e6, most=4)

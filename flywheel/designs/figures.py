@@ -52,8 +52,8 @@ def _columns() -> dict[str, Finding]:
     def rank(one: Finding) -> int:
         return next((k for k, first in enumerate(_FIRST) if one.key.startswith(first)), len(_FIRST))
 
-    known = [one for one in FINDINGS if one.column is not None]
-    return {one.column.name or one.key: one for one in sorted(known, key=rank) if one.column is not None}
+    columns = [one for one in FINDINGS if one.column is not None]
+    return {one.column.name or one.key: one for one in sorted(columns, key=rank) if one.column is not None}
 
 
 _OF_SIZING = _columns()
@@ -135,16 +135,16 @@ def sized(
         except KeyboardInterrupt:
             return batch._replace(interrupted=True)
         every = (group.halvings >= 0).all()
-        known: Any = slice(None) if every else group.halvings >= 0
-        place: Any = slice(None) if every and which.size == batch.ways.size else which[known]  # a structure's ascend
-        batch.ways[place] = np.where(group.halvings[known] > 0, REFINED, TRACED)
-        for into, given in ((batch.values, group.values), (batch.errors, group.errors)):
-            for name, value in given.items():
-                into[name][place] = value[known]
+        rows: Any = slice(None) if every else group.halvings >= 0
+        place: Any = slice(None) if every and which.size == batch.ways.size else which[rows]  # a structure's ascend
+        batch.ways[place] = np.where(group.halvings[rows] > 0, REFINED, TRACED)
+        for into, source in ((batch.values, group.values), (batch.errors, group.errors)):
+            for name, value in source.items():
+                into[name][place] = value[rows]
     left = np.flatnonzero(batch.ways == MISSING)
     alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol, progress)
-    for into, given in ((batch.values, alone.values), (batch.errors, alone.errors)):
-        for name, value in given.items():
+    for into, source in ((batch.values, alone.values), (batch.errors, alone.errors)):
+        for name, value in source.items():
             into[name][left] = value
     batch.ways[left] = alone.ways
     batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
@@ -159,8 +159,8 @@ _recent: list[tuple[Scene, Structures]] = []
 
 def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
     """The structures of a scene and paths; the last ones are kept, because a sweep needs them chunk by chunk."""
-    for known, structures in _recent:
-        same = known is scene or (scene.document and known.document and scene.document.tables == known.document.tables)
+    for other, structures in _recent:
+        same = other is scene or (scene.document and other.document and scene.document.tables == other.document.tables)
         if same and structures.paths == paths:
             return structures
     fresh = Structures(scene, paths)
@@ -210,7 +210,7 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
             missed = [_put(outcome, part, *chunk(part)) for part in parts]
         else:
             with ThreadPoolExecutor(threads) as pool:
-                missed = [_put(outcome, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
+                missed = [_put(outcome, part, *results) for part, results in zip(parts, pool.map(chunk, parts), strict=True)]
         left = np.concatenate([*missed, left[:0]])
     return outcome
 
@@ -226,13 +226,13 @@ def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[s
     missed, every = which[halvings == -1], (halvings >= 0).all()
     good: Any = slice(None) if every else halvings >= 0
     consecutive = every and which[-1] - which[0] == which.size - 1  # as they ascend
-    known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
-    outcome.halvings[known] = halvings[good]
-    for into, given in ((outcome.values, values), (outcome.errors, errors)):
-        for name, value in given.items():
+    rows: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
+    outcome.halvings[rows] = halvings[good]
+    for into, source in ((outcome.values, values), (outcome.errors, errors)):
+        for name, value in source.items():
             if name not in into:
                 into[name] = np.full(outcome.halvings.size, np.nan)
-            into[name][known] = np.broadcast_to(value, halvings.shape)[good]
+            into[name][rows] = np.broadcast_to(value, halvings.shape)[good]
     return np.asarray(missed)
 
 
@@ -253,8 +253,8 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         return values, errors, np.where(missed <= 0.5 * rtol, halvings, np.where(np.isfinite(missed), -1, -2))
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
-        given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
-        sums, givens, error = cycles.moved(lambda moving: sums_of(pieces, moving, columns, edges), given, inertia)
+        analysis, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
+        sums, givens, error = cycles.moved(lambda moving: sums_of(pieces, moving, columns, edges), analysis, inertia)
         values, errors, missed = cycles.of_cycle(sums, givens)
         values["irregularity"], errors["irregularity"] = givens.irregularity, error
         return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
@@ -349,8 +349,8 @@ def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
     for name in FIGURES:
         value = own.get(name)
         error = errors.get(FIGURES[name].error) if FIGURES[name].error else 0.0
-        known = error if isinstance(error, float) else np.nan
-        figures[name] = (np.nan, np.nan) if value is None else (float(value), known)
+        limit = error if isinstance(error, float) else np.nan
+        figures[name] = (np.nan, np.nan) if value is None else (float(value), limit)
     return figures
 
 

@@ -130,8 +130,8 @@ def lanes(program: Program) -> tuple[Program, str, int]:
     for _, *operands in operations:
         needs.append(any(needs[n] for n in operands))
     used = {n for k, (_, *operands) in enumerate(operations) if needs[base + k] for n in operands} | set(outputs)
-    given = sorted(n for n in used if not needs[n] and not len(names) <= n < base)
-    before = Program(names, places, *_part(operations, base, [not need for need in needs], given))
+    inputs_used = sorted(n for n in used if not needs[n] and not len(names) <= n < base)
+    before = Program(names, places, *_part(operations, base, [not need for need in needs], inputs_used))
 
     # stages: a call is made once all lanes of its operand are there
     stage, calls = [0] * base, dict[int, list[int]]()
@@ -141,7 +141,7 @@ def lanes(program: Program) -> tuple[Program, str, int]:
         stage.append(first + called)
         if called:
             calls.setdefault(first, []).append(n)
-    place = {n: k for k, n in enumerate(given)}
+    place = {n: k for k, n in enumerate(inputs_used)}
     place[0] = len(place)
     for n in range(base, base + len(operations)):  # what another stage, a call or the result needs has a row of its own
         if needs[n] and (n in outputs or _is_call(operations, base, n) or _crosses(operations, base, n, stage, needs)):
@@ -156,7 +156,7 @@ def lanes(program: Program) -> tuple[Program, str, int]:
         lines += ["for i in range(_L):", f"    {target} = {value}"]
     body = "\n                ".join(lines)
     constants = [f"x{len(names) + k} = places[{k}]" for k in range(len(places))]
-    text = _FILL.format(constants="\n    ".join(constants or ["pass"]), given=len(given), angle=place[0], body=body)
+    text = _FILL.format(constants="\n    ".join(constants or ["pass"]), given=len(inputs_used), angle=place[0], body=body)
     return before, text, len(place) + 1  # and one for what is not needed
 
 
@@ -206,23 +206,23 @@ def _loop(own: list[int], operations: Any, base: int, inputs: int, place: dict[i
     inside = set(own)
     for n in own:
         name, *operands = operations[n - base]
-        given = [f"v{m}" if m in inside else _value(m, inputs, base, place) for m in operands]
-        lines.append(f"    v{n} = {_INLINE[name].format(*given)}")
+        operand_values = [f"v{m}" if m in inside else _value(m, inputs, base, place) for m in operands]
+        lines.append(f"    v{n} = {_INLINE[name].format(*operand_values)}")
         if n in place:
             lines.append(f"    {_value(n, inputs, base, place)} = v{n}")
     return ["for i in range(_L):", *lines] if lines else []
 
 
-def _calls(wanted: list[int], operations: Any, base: int, inputs: int, place: dict[int, int]) -> list[str]:
+def _calls(outputs: list[int], operations: Any, base: int, inputs: int, place: dict[int, int]) -> list[str]:
     """Calls of one stage: sine and cosine of one operand together, in lanes; others lane by lane."""
     lines, angles = list[str](), dict[int, dict[str, int]]()
-    for n in wanted:
+    for n in outputs:
         name, *operands = operations[n - base]
         if name in ("sin", "cos") and operands[0] in place:
             angles.setdefault(operands[0], {})[name] = place[n]
             continue
-        given = [_value(m, inputs, base, place) for m in operands]
-        call = f"math.{'pow' if name == 'power' else name}({', '.join(given)})"
+        operand_values = [_value(m, inputs, base, place) for m in operands]
+        call = f"math.{'pow' if name == 'power' else name}({', '.join(operand_values)})"
         lines += ["for i in range(_L):", f"    {_value(n, inputs, base, place)} = {call}"]
     for operand, angle in angles.items():
         rows = [angle.setdefault(name, len(place)) for name in ("sin", "cos")]
@@ -620,7 +620,7 @@ def compared(
     factors: Any,
     where: Any,
     between: Any,
-    found: int,
+    outcome: int,
     state: Any,
     places: Any,
     doubt: Any,
@@ -648,7 +648,7 @@ def compared(
                     out[_LEAST + function, i] = value
                     if function == SLOW:
                         places[1, i], places[3, i], out[_MOVING + 1, i] = place, t, cellwise[cell, _STOP // _L + 1, i]
-    for r in range(found):
+    for r in range(outcome):
         function, cell, i = where[0, r], where[1, r], where[2, r]
         value = factors[function, i] * state[_ROOTS + r] + (0.0 if function == INERTIA else state[r])
         if value > out[_GREATEST + function, i]:
@@ -674,7 +674,7 @@ def compared(
             for i in range(_L):
                 value = cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
                 reached[i] += 1.0 if sign * value >= enough[i] else 0.0
-        for r in range(found):
+        for r in range(outcome):
             i = where[2, r]
             if where[0, r] == function and sign * (state[r] + factors[function, i] * state[_ROOTS + r]) >= enough[i]:
                 reached[i] += 1.0
@@ -766,10 +766,10 @@ def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknow
                 cellwise[cell, _END // _L, i] = edges[g, number, i]
         balanced(values[g], cellwise, unknown, out[g])
         errors_of(values[g], series, cellwise, sums_of, folded, unknown, out[g])
-        found = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
-        polished(series, factors[g], where, between, found, doubt, rows, state)
-        accumulated(cellwise, where, between, found, rows, state)
-        compared(series, cellwise, factors[g], where, between, found, state, places, doubt, out[g])
+        extremes = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
+        polished(series, factors[g], where, between, extremes, doubt, rows, state)
+        accumulated(cellwise, where, between, extremes, rows, state)
+        compared(series, cellwise, factors[g], where, between, extremes, state, places, doubt, out[g])
         placed(values[g], series, cellwise, factors[g], places, doubt, out[g])
         for i in range(_L):
             out[g, _DOUBT, i] = doubt[i]
@@ -801,16 +801,16 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     for piece, program in pieces:
         of_design, row_count, fill = filler(program)
         before = [np.broadcast_to(row, (count,)) for row in of_design.function()(0.0, *columns)]
-        given = grouped(np.stack(before)) if before else np.zeros((groups, 1, _L))
+        starts = grouped(np.stack(before)) if before else np.zeros((groups, 1, _L))
         table = np.zeros((row_count, _L))
-        prepared.append((fill, piece, given, np.array([*program.places, 0.0]), table, table.reshape(-1)))
+        prepared.append((fill, piece, starts, np.array([*program.places, 0.0]), table, table.reshape(-1)))
     size = max(1, _BLOCK_CELLS // half.shape[1])
     values, out = np.zeros((size, half.shape[1], 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
     for first in range(0, groups, size):
         part = slice(first, min(first + size, groups))
         block = values[: part.stop - first]
-        for fill, piece, given, places, table, flat in prepared:
-            fill(piece.start, piece.stop, middle[part], half[part], given[part], places, table, flat, block)
+        for fill, piece, starts, places, table, flat in prepared:
+            fill(piece.start, piece.stop, middle[part], half[part], starts[part], places, table, flat, block)
         cycles(block, at[part], middle[part], half[part], factors[part], givens.unknown, out[part])
     rows = out.swapaxes(0, 1).reshape(_DOUBT + 1, -1)[:, :count]
     totals = Sums(

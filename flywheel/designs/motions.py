@@ -92,18 +92,18 @@ class DesignMoments(Moments):
         half = 0.5 * (ends[:, 1:, None] - ends[:, :-1, None])
         middle = ends[:, :-1, None] + half
         self.mesh = Cells(ends, middle, half, middle + half * NODES)
-        given = columns[:, :, None, None]
+        inputs = columns[:, :, None, None]
         rows = np.empty((6, *self.mesh.phi.shape))
         for piece, program in structure.programs:
             part = slice(starts[piece.start], starts[piece.stop])
-            for row, value in zip(rows, program.function()(self.mesh.phi[:, part], *given), strict=True):
+            for row, value in zip(rows, program.function()(self.mesh.phi[:, part], *inputs), strict=True):
                 row[:, part] = value
         self.inertia, self.slope, self.still, _, _, self.steepness = rows
         self._groups: list[tuple[Any, Any, list[Any]]] = []
         for piece, program in structure.rates:
             early, late = program.split(2)
             part = slice(starts[piece.start], starts[piece.stop])
-            self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *given))))
+            self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *inputs))))
         self._last: tuple[Array, Any, Array] | None = None  # values at the last speeds and unknowns, for stage after stage
         self.lossy = len(self.machine.stages) > 1
         values = self._evaluated(np.zeros_like(half), 0.0)
@@ -115,32 +115,32 @@ class DesignMoments(Moments):
 
     def of(self, which: Index) -> DesignMoments:
         """The machines of some designs."""
-        found, count = copy(self), self.inertia.shape[0]
-        found.__dict__.pop("locally", None)
-        found._last = None
-        found.mesh, found.columns = Cells(*(each[which] for each in self.mesh)), self.columns[:, which]
+        moments, count = copy(self), self.inertia.shape[0]
+        moments.__dict__.pop("locally", None)
+        moments._last = None
+        moments.mesh, moments.columns = Cells(*(each[which] for each in self.mesh)), self.columns[:, which]
         for name in ("inertia", "slope", "steepness", "still", "resistance"):
-            setattr(found, name, getattr(self, name)[which])
-        found.parts = [part._replace(inertia=part.inertia[which], slope=part.slope[which]) for part in self.parts]
-        found._groups = [
+            setattr(moments, name, getattr(self, name)[which])
+        moments.parts = [part._replace(inertia=part.inertia[which], slope=part.slope[which]) for part in self.parts]
+        moments._groups = [
             (part, late, [row[which] if np.ndim(row) and len(row) == count else row for row in rows])
             for part, late, rows in self._groups
         ]
-        return found
+        return moments
 
     def thinned(self) -> DesignMoments:
         """The same at a few nodes of every cell, by which `total` gives the sign of values far from zero."""
-        found = copy(self)
-        found._last = None
-        found.mesh = self.mesh._replace(phi=self.mesh.phi[..., _FEW])
+        moments = copy(self)
+        moments._last = None
+        moments.mesh = self.mesh._replace(phi=self.mesh.phi[..., _FEW])
         for name in ("inertia", "slope", "still", "resistance"):
-            setattr(found, name, getattr(self, name)[..., _FEW])
-        found.parts = [part._replace(inertia=part.inertia[..., _FEW], slope=part.slope[..., _FEW]) for part in self.parts]
-        found._groups = [
+            setattr(moments, name, getattr(self, name)[..., _FEW])
+        moments.parts = [part._replace(inertia=part.inertia[..., _FEW], slope=part.slope[..., _FEW]) for part in self.parts]
+        moments._groups = [
             (part, late, [row[..., _FEW] if np.ndim(row) and np.shape(row)[-1] == ORDER else row for row in rows])
             for part, late, rows in self._groups
         ]
-        return found
+        return moments
 
     def cut(self, which: Index, angles: Array) -> DesignMoments:
         """The designs on cells with further ends at angles (rad), (designs, cuts), as many in each cell for all designs."""
@@ -162,15 +162,15 @@ class DesignMoments(Moments):
 
     def _evaluated(self, omega: Array, unknown: Any, outputs: slice = slice(None)) -> Array:
         """The values of `RATE` and `STAGE` at crank speeds on (designs, cells or 1, nodes or 1)."""
-        found: Array | None = None
+        total: Array | None = None
         for part, late, rows in self._groups:
             values = late(*rows, omega[:, part] if omega.shape[1] > 1 else omega, unknown)[outputs]
-            if found is None:
-                found = np.empty((len(values), *self.mesh.phi.shape))
-            for row, value in zip(found, values, strict=True):
+            if total is None:
+                total = np.empty((len(values), *self.mesh.phi.shape))
+            for row, value in zip(total, values, strict=True):
                 row[:, part] = value
-        assert found is not None
-        return found
+        assert total is not None
+        return total
 
     def rate(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> Rate:
         """F at crank speeds omega (rad/s), for values of the unknown and flywheels (designs,); see `Moments.rate`."""
@@ -195,15 +195,15 @@ class DesignMoments(Moments):
         """Net works (J) of a cycle run at constant crank speeds (speeds, designs), without an unknown."""
         if self.lossy:
             return np.stack([self.total(self.constant(speed, 0.0).moment) for speed in speeds])
-        found = self.total(self.still) - self.total(self.resistance) * speeds
+        works = self.total(self.still) - self.total(self.resistance) * speeds
         for part, late, rows in self._groups:
             half = self.mesh.half[:, part]
             few = max(_AT_ONCE // half.size, 1)
             for k in range(0, len(speeds), few):
                 moving = np.asarray(late(*rows, speeds[k : k + few, :, None, None], 0.0)[RATE.index("moving")], dtype=float)
                 wide = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, (1, 1)))
-                found[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
-        return np.asarray(found)
+                works[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
+        return np.asarray(works)
 
     def total(self, values: Array) -> Array:
         """The integral over the cycle of values at the nodes."""
@@ -216,7 +216,7 @@ class DesignMoments(Moments):
         return np.asarray(values @ weights)
 
 
-def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Constant crank speeds (rad/s) at which the net work is zero, the unknowns there, and a mask of the certain ones.
 
     Where there is a balance the speed is the required one. Else it is the greatest stable one of those that
@@ -226,32 +226,32 @@ def operating_points(moments: DesignMoments, numbers: Array, asked: Array) -> tu
     Args:
         moments: the machines.
         numbers: typical speeds, then the characteristic ones of motors (rows, designs), rad/s.
-        asked: the scene's speed, NaN without one.
+        targets: the scene's speed, NaN without one.
 
     """
     if moments.machine.scene.unknown is not None:
-        return asked, *closed(moments, asked, np.zeros_like(asked))[1:]
+        return targets, *closed(moments, targets, np.zeros_like(targets))[1:]
     tried = constant_speed.speeds_to_try(numbers[0], numbers[1:])
     works = moments.thinned().net_works(tried)
     before, after = works[:-1], works[1:]
     stable = (before > 0.0) & (after <= 0.0)
     good = stable.any(axis=0) & np.isfinite(works).all(axis=0) & ~constant_speed.humped(works)[1].any(axis=0)
-    row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(asked.size)
+    row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(targets.size)
     low, high, gained, lost = tried[row, design], tried[row + 1, design], before[row, design], after[row, design]
     start = low + (high - low) * gained / np.where(good, gained - lost, 1.0)
-    speed, unknown, found = closed(moments, start, np.zeros_like(start), low * (1.0 - _BESIDE), high * (1.0 + _BESIDE))
-    return speed, unknown, good & found
+    speed, unknown, solved = closed(moments, start, np.zeros_like(start), low * (1.0 - _BESIDE), high * (1.0 + _BESIDE))
+    return speed, unknown, good & solved
 
 
 def closed(
     moments: DesignMoments, speed: Array, unknown: Array, low: Any = 0.0, high: Any = np.inf
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The constant speeds (rad/s) near some at which the net work is zero, or the unknowns; and which were found."""
-    held = moments.machine.scene.unknown is not None
+    balanced = moments.machine.scene.unknown is not None
     for _ in range(_SPEED_STEPS):
         rate = moments.constant(speed, unknown[:, None, None])
-        net, slope = moments.total(rate.moment), moments.total(rate.by_unknown if held else rate.by_speed)
-        if held:
+        net, slope = moments.total(rate.moment), moments.total(rate.by_unknown if balanced else rate.by_speed)
+        if balanced:
             step = -net / slope
             unknown, good = unknown + step, np.abs(slope) > 1e-9 * moments.total(np.abs(rate.by_unknown))
             near = np.abs(step) <= 4 * ROUNDING * np.abs(unknown)
@@ -328,41 +328,41 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
         for which, cuts in _patterns(moments, good, *_losses(moments, speed, unknown)):
             for _ in range(_MOST_CUTS):
                 finer = moments.cut(which, cuts)
-                speed[which], unknown[which], found = closed(
+                speed[which], unknown[which], closed_rows = closed(
                     finer, speed[which], unknown[which], 0.9 * speed[which], 1.1 * speed[which]
                 )
                 cuts, moved, slack = _moved(finer, cuts, *_losses(finer, speed[which], unknown[which]))
-                stands = found & (moved <= slack)
+                stands = closed_rows & (moved <= slack)
                 if (stands | ~np.isfinite(moved)).all():
                     break
             constant(finer, which, stands)
     least, greatest, least_error, guess = start
     good &= np.isfinite(missed)
-    given, ratio = givens.inertia, np.broadcast_to(givens.ratio, speed.shape)
-    if given is not None:
-        given = guess = given * ratio**2
-        good &= given + least > least_error
+    inertia, ratio = givens.inertia, np.broadcast_to(givens.ratio, speed.shape)
+    if inertia is not None:
+        inertia = guess = inertia * ratio**2
+        good &= inertia + least > least_error
     solved = partial(_solutions, moments, givens, speed, unknown)
 
     # the motion: with the flywheel that is given or sought, or with none if none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
     own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool))  # none is sought where there is no irregularity
-    if given is not None or np.isfinite(givens.irregularity).all():
-        own = solved(left, guess[left], None if given is None else given[left])
-    if asked := structure.asked(columns) if of_motor(moments.machine.scene) else {}:
+    if inertia is not None or np.isfinite(givens.irregularity).all():
+        own = solved(left, guess[left], None if inertia is None else inertia[left])
+    if limits := structure.asked(columns) if of_motor(moments.machine.scene) else {}:
         ends = [values.rows["energy_fluctuation"], greatest, speed]
-        own = _limited(partial(solved, starts=(first_guess,)), left, asked, ends, own, rtol)
-    if given is None and own.found.any():
+        own = _limited(partial(solved, starts=(first_guess,)), left, limits, ends, own, rtol)
+    if inertia is None and own.found.any():
         own.values["exact"] = own.values["exact"] / ratio[left] ** 2
     for alone in (False, True):
         if own.found.any():
-            if given is None:
+            if inertia is None:
                 own.values["needed"] = np.full(left.shape, 0.0 if alone else 1.0)
                 own.errors["needed"] = np.zeros(left.shape)
             values.put(left, own.values, own.found)
             errors.put(left, own.errors, own.found)
             worst[left[own.found]] = own.missed[own.found]
-        if alone or given is not None or asked:
+        if alone or inertia is not None or limits:
             break
         left = left[~own.found & (least > _NO_INERTIA * greatest)[left]]
         own = _even_enough(solved(left, 0.0 * speed[left], 0.0 * speed[left]), givens.irregularity[left])
@@ -427,7 +427,7 @@ def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
 def _limited(
     solved: Callable[[Index, Array, Array], Solutions],
     which: Index,
-    asked: dict[str, Array],
+    demands: dict[str, Array],
     ends: Sequence[Array],
     sized: Solutions,
     rtol: float,
@@ -440,7 +440,7 @@ def _limited(
     Args:
         solved: the motions of designs with flywheels (kg m² on the crank).
         which: the designs.
-        asked: their limits, by name.
+        demands: their limits, by name.
         ends: the fluctuation of energy (J), the machine's own inertia (kg m²) and the constant speed (rad/s) of all designs.
         sized: the motions with flywheels for an irregularity among the limits.
         rtol: required relative error of an inertia.
@@ -453,9 +453,9 @@ def _limited(
         for first in range(0, len(questions), _QUESTIONS):
             some = questions[first : first + _QUESTIONS]
             rows, inertias = (np.array(column) for column in zip(*some, strict=True))
-            found = solved(which[rows], inertias, inertias)
+            solutions = solved(which[rows], inertias, inertias)
             for k, question in enumerate(some):
-                answers[question] = _point(found, k, question[1], asked), float(found.missed[k])
+                answers[question] = _point(solutions, k, question[1], demands), float(solutions.missed[k])
 
     def further(row: int, inertia: float | None = None) -> float | None:
         """The next flywheel of a design's search, after the result of the last; None at its end."""
@@ -463,9 +463,9 @@ def _limited(
             try:
                 inertia, error = steps[row].send(None if inertia is None else answers[row, inertia][0])  # type: ignore[arg-type]
             except StopIteration as end:
-                spans, *found = end.value
-                if _certain(searches[row], spans, found[0]):
-                    kept[:, row] = found
+                spans, *rest = end.value
+                if _certain(searches[row], spans, rest[0]):
+                    kept[:, row] = rest
                 return None
             except (SceneError, NoRegimeError):  # sized alone it says why
                 return None
@@ -475,11 +475,11 @@ def _limited(
                 worst[row] = max(worst[row], answers[row, inertia][1])
 
     for row, k in enumerate(which.tolist()):
-        own = {name: float(values[k]) for name, values in asked.items()}
+        own = {name: float(values[k]) for name, values in demands.items()}
         fluctuation, least, speed = (float(end[k]) for end in ends)
         searches.append(limits.Search(own, *limits.extent(fluctuation, least, speed, own.get(IRREGULARITY, 2.0)), rtol))
         if sized.found[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
-            searches[row].known[inertia] = _point(sized, row, inertia, asked)
+            searches[row].known[inertia] = _point(sized, row, inertia, demands)
     steps = [limits.first_kept(search, 1.0) for search in searches]
     questions = [(row, further(row)) for row in range(which.size)]
     while some := [(row, inertia) for row, inertia in questions if inertia is not None]:
@@ -509,12 +509,13 @@ def _limited(
     return Solutions(values.rows, errors.rows, missed, np.isfinite(missed))
 
 
-def _point(found: Solutions, row: int, inertia: float, names: Iterable[str]) -> FlywheelPoint:
+def _point(solutions: Solutions, row: int, inertia: float, names: Iterable[str]) -> FlywheelPoint:
     """A flywheel (kg m² on the crank) with the figures along its motion, if one was found."""
-    if not found.found[row]:
+    if not solutions.found[row]:
         return FlywheelPoint(inertia, Existence.UNKNOWN)
     columns = {name: f"{_LIMITED}{name}" for name in names}
-    along = {name: Share(float(found.values[key][row]), float(found.errors[key][row])) for name, key in columns.items()}
+    values, errors = solutions.values, solutions.errors
+    along = {name: Share(float(values[key][row]), float(errors[key][row])) for name, key in columns.items()}
     return FlywheelPoint(inertia, Existence.MOTION, (row,), along)
 
 
@@ -522,12 +523,12 @@ def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], 
     """Tests whether no lighter flywheel keeps the limits: they are broken just below it, and more so further below."""
     whole = limits.together(spans.values())
     before = next((span.state for span, after in pairwise(whole) if after.first == inertia), None)
-    found = [point for point in search.grid if point.motions]
-    if len(found) == len(search.grid):
+    points = [point for point in search.grid if point.motions]
+    if len(points) == len(search.grid):
         return before is LimitState.BROKEN
-    lightest, beside = found[0].shares, found[1].shares
+    lightest, beside = points[0].shares, points[1].shares
     worse = any(
-        lightest[name].value > max(beside[name].value, asked + lightest[name].error) for name, asked in search.limits.items()
+        lightest[name].value > max(beside[name].value, limit + lightest[name].error) for name, limit in search.limits.items()
     )
     return before is LimitState.BROKEN and worse
 
@@ -547,20 +548,20 @@ def _reversals(moments: DesignMoments, passed: list[Array], exchanged: Array) ->
     (designs, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
     """
     mesh, count = moments.mesh, exchanged.size
-    known, cycle = mesh.edges[:, moments.starts], moments.structure.cycle
+    edges, cycle = mesh.edges[:, moments.starts], moments.structure.cycle
     spreads = [1.0 / stage.efficiency - stage.efficiency for stage in moments.machine.stages if stage.efficiency < 1.0]
     every: list[tuple[Index, Array, Array]] = []
     fleeting = np.zeros(count, bool)
     for values, spread in zip(passed, spreads, strict=True):
         noise = 1e-13 * np.abs(values).max(axis=(-2, -1))
-        found = cells.crossings(cells.fit(values), np.broadcast_to(noise[:, None], values.shape[:2]))
-        half = mesh.half[found.function, found.cell, 0]
-        inside = mesh.middle[found.function, found.cell, 0] + half * found.t
-        angle = np.where(found.t == 1.0, mesh.edges[found.function, found.cell + 1], inside)
-        slope = np.maximum(spread * np.abs(found.slope) / half, 1e-300)
-        width = np.sqrt(2.0 * ROUNDING * exchanged[found.function] / slope)
-        apart = np.abs(known[found.function] - angle[:, None]).min(axis=1) > 1e-9 * cycle
-        design, angle, width = found.function[apart], angle[apart], width[apart]
+        crossings = cells.crossings(cells.fit(values), np.broadcast_to(noise[:, None], values.shape[:2]))
+        half = mesh.half[crossings.function, crossings.cell, 0]
+        inside = mesh.middle[crossings.function, crossings.cell, 0] + half * crossings.t
+        angle = np.where(crossings.t == 1.0, mesh.edges[crossings.function, crossings.cell + 1], inside)
+        slope = np.maximum(spread * np.abs(crossings.slope) / half, 1e-300)
+        width = np.sqrt(2.0 * ROUNDING * exchanged[crossings.function] / slope)
+        apart = np.abs(edges[crossings.function] - angle[:, None]).min(axis=1) > 1e-9 * cycle
+        design, angle, width = crossings.function[apart], angle[apart], width[apart]
         close = (np.diff(design) == 0) & (np.diff(angle) < np.minimum(width[1:], width[:-1]))
         fleeting[design[1:][close]] = True
         every.append((design, angle, width))
@@ -629,14 +630,14 @@ def _solutions(
 
     """
     values, errors = _Table(which.size), _Table(which.size)
-    missed, found = np.full(which.shape, np.inf), np.zeros(which.shape, bool)
+    missed, solved = np.full(which.shape, np.inf), np.zeros(which.shape, bool)
     omega, of_some = speed[which], givens.of(which)
     by_speed = moments.of(which).constant(omega, unknown[which][:, None, None]).by_speed
     total = (guess[:, None, None] + moments.inertia[which]) * omega[:, None, None]
     exponents = (-by_speed / total).max(axis=-1) * 2.0 * moments.mesh.half[which, :, 0]
     steepest = np.maximum(exponents.max(axis=1) / _LAYER, 1.0)
     for first in starts:
-        near = ~found & (exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf))
+        near = ~solved & (exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf))
         for some in (np.flatnonzero(near & (steepest == 1.0)), np.flatnonzero(near & (steepest > 1.0))):
             if not some.size:
                 continue
@@ -653,8 +654,8 @@ def _solutions(
             )
             values.put(some, own, stands)
             errors.put(some, off, stands)
-            missed[some[stands]], found[some[stands]] = missing[stands], True
-    return Solutions(values.rows, errors.rows, missed, found)
+            missed[some[stands]], solved[some[stands]] = missing[stands], True
+    return Solutions(values.rows, errors.rows, missed, solved)
 
 
 def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
@@ -688,7 +689,7 @@ def _motions(
 
     """
     demand = Demand(inertia, givens.irregularity if inertia is None else None, speed if givens.unknown else None)
-    values, errors, missed, found = (
+    values, errors, missed, closed_rows = (
         _Table(speed.size),
         _Table(speed.size),
         np.full(speed.shape, np.inf),
@@ -697,18 +698,18 @@ def _motions(
     around = moments.locally if moments.lossy else moments
     first = start(around, speed, guess, unknown)
     if first is None:
-        return values.rows, errors.rows, missed, found
+        return values.rows, errors.rows, missed, closed_rows
     solved, near = periodic_motions(around, speed, demand, first)
     if not moments.lossy:
         return _of_motion(moments, solved, demand, givens, near)
     for which, cuts in _patterns(moments, near, *_passed(moments, solved)):
-        wanted = Demand(*(None if each is None else each[which] for each in demand))
+        part = Demand(*(None if each is None else each[which] for each in demand))
         finer = moments.cut(which, cuts)
         nearest = solved._replace(moments=moments.of(which), state=State(*(each[which] for each in solved.state)))
         state, some = carried(nearest, finer), givens.of(which)
         reference: Any = np.asarray(solved.reference)[which]
         for k in range(_MOST_CUTS):
-            again, good = periodic_motions(finer, reference, wanted, state)
+            again, good = periodic_motions(finer, reference, part, state)
             state, reference = again.state, again.reference
             angles, moved, slack = _moved(finer, cuts, *_passed(finer, again))
             stands = good & (moved <= slack)
@@ -716,7 +717,7 @@ def _motions(
                 break
             if k + 1 < _MOST_CUTS:
                 cuts, finer = angles, moments.cut(which, angles)
-        of_some = _of_motion(finer, again, wanted, some, stands)
+        of_some = _of_motion(finer, again, part, some, stands)
         edge = again.extremes.cell + (again.extremes.t > 0.0)
         cut = (np.abs(again.extremes.t) == 1.0) & ~np.isin(edge, finer.starts)
         at_cut = np.where(cut.any(axis=1), np.maximum(_CUT_MOVE * moments.structure.cycle, moved), 0.0)
@@ -724,8 +725,8 @@ def _motions(
             of_some[1][name] = of_some[1][name] + at_cut
         for table, rows in ((values, of_some[0]), (errors, of_some[1])):
             table.put(which, rows)
-        missed[which], found[which] = of_some[2], of_some[3]
-    return values.rows, errors.rows, missed, found
+        missed[which], closed_rows[which] = of_some[2], of_some[3]
+    return values.rows, errors.rows, missed, closed_rows
 
 
 def _passed(moments: DesignMoments, solved: Periodic) -> tuple[list[Array], Array]:
@@ -735,7 +736,7 @@ def _passed(moments: DesignMoments, solved: Periodic) -> tuple[list[Array], Arra
 
 
 def _of_motion(
-    moments: DesignMoments, solved: Periodic, demand: Demand, givens: DesignValues, found: NDArray[np.bool_]
+    moments: DesignMoments, solved: Periodic, demand: Demand, givens: DesignValues, closed_rows: NDArray[np.bool_]
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
     """The same of motions on cells that end where meshes change the side that drives."""
     cycle, state, extremes, eps, speed = (
@@ -753,7 +754,7 @@ def _of_motion(
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness
     total = inertia[:, None, None] + moments.inertia
     fading = np.abs(cells.integral(solved.rate.by_speed / (total * solved.omega), moments.mesh.half)).sum(axis=-1)
-    kept = found & (total.min(axis=(-2, -1)) > 0.0) & (fading <= STIFF) & (irregularity <= _MOST_ERROR)
+    kept = closed_rows & (total.min(axis=(-2, -1)) > 0.0) & (fading <= STIFF) & (irregularity <= _MOST_ERROR)
     kept &= (extremes.excess[:, 1] > -1.0) & (eps > 0.0) & (eps * (1.0 + irregularity) < 2.0)
     if not balanced:
         kept &= solved.damping >= -UNSTABLE
@@ -778,8 +779,8 @@ def _of_motion(
         )
     if names := limits.asked_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
-        known: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
-        run = Run(*known)._replace(speed=speed, level=own.level)
+        figures: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
+        run = Run(*figures)._replace(speed=speed, level=own.level)
         for name, share in shares(names, DesignShaft(moments, givens, run, solved.omega)).items():
             values[f"{_LIMITED}{name}"], errors[f"{_LIMITED}{name}"] = share
     if givens.drive is not None:

@@ -209,8 +209,8 @@ def optimize(
     """
     scene = scene_of(scene)
     if (minimize is None) == (maximize is None):
-        given = "nothing to minimize" if minimize is None else "minimize together with maximize"
-        raise SceneError([Fault("minimize", given, "one figure, to minimize or to maximize")])
+        request = "nothing to minimize" if minimize is None else "minimize together with maximize"
+        raise SceneError([Fault("minimize", request, "one figure, to minimize or to maximize")])
     require("over", over, Mapping, "paths of numbers, each with its bounds (low, high)")
     over = by_path(over)
     family = Variation(scene, over, rtol, engine)
@@ -245,36 +245,36 @@ class _FigureFormula:
             self.unit = family.unit(BY_NAME[self.text])
             return
         self.figure, self.unit, self.title = None, "", self.text
-        known = {**{name: name for name in BY_NAME}, **{number: number for number in family.paths}}
-        words = [word for word in _NAME.findall(self.text) if word in known]
+        names = {**{name: name for name in BY_NAME}, **{number: number for number in family.paths}}
+        words = [word for word in _NAME.findall(self.text) if word in names]
         if not words:
-            self._refuse(path, text, known)
+            self._refuse(path, text, names)
         self.names = {word: f"n{k}" for k, word in enumerate(dict.fromkeys(words))}
         plain = _NAME.sub(lambda match: self.names.get(match.group(), match.group()), self.text)
         try:
             self.expression: Expression = parse(plain, frozenset(self.names.values()))
         except ExpressionError as error:
             for word in _NAME.findall(self.text):
-                if word in error.found and word not in known:
-                    self._refuse(path, word, known)
+                if word in error.found and word not in names:
+                    self._refuse(path, word, names)
             what = "an expression of figures, and of numbers that vary"
             raise SceneError([Fault(path, show(self.text), what, f"{error.found}: expected {error.expected}")]) from None
 
-    def _refuse(self, path: str, name: object, known: Mapping[str, str]) -> None:
+    def _refuse(self, path: str, name: object, names: Mapping[str, str]) -> None:
         """SceneError for an unknown name, with the nearest and all valid ones."""
-        near = suggestion(str(name), known)
-        own = [*NAMES, *(number for number in known if number not in BY_NAME)]
+        near = suggestion(str(name), names)
+        own = [*NAMES, *(number for number in names if number not in BY_NAME)]
         raise SceneError([Fault(path, shown(name), f"one of {', '.join(own)}", near)])
 
     def __call__(self, family: Variation, columns: Array, values: Array) -> Array:
         """The values at designs."""
         if self.figure is not None:
             return np.asarray(values[NAMES.index(self.figure)])
-        given = {
+        arguments = {
             own: columns[family.paths.index(word)] if word in family.paths else values[NAMES.index(BY_NAME[word])]
             for word, own in self.names.items()
         }
-        return np.asarray(self.expression.evaluate(given, np) + 0.0 * columns[0], dtype=float)
+        return np.asarray(self.expression.evaluate(arguments, np) + 0.0 * columns[0], dtype=float)
 
     def figures(self) -> list[str]:
         """The figures that it needs."""
@@ -372,8 +372,8 @@ class _Optimization:
 
     def size(self, rows: Array) -> float:
         """The objective's own size."""
-        known = rows[0][np.isfinite(rows[0])]
-        return float(np.abs(known).min()) or 1.0 if known.size else 1.0
+        finite = rows[0][np.isfinite(rows[0])]
+        return float(np.abs(finite).min()) or 1.0 if finite.size else 1.0
 
 
 def _bounds(family: Variation, over: Mapping[str, Any]) -> Array:
@@ -512,10 +512,10 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
     values, errors = family(best[:, None])
     alone = figures_of(sizing)
     value = float(problem.objective(family, best[:, None], values)[0])
-    known = {name: k for k, name in enumerate(NAMES) if isfinite(values[k, 0])}
+    finite = {name: k for k, name in enumerate(NAMES) if isfinite(values[k, 0])}
     error = _error(problem.objective, family, best, values, errors)
     agree = all(
-        abs(alone[name][0] - values[known[name], 0]) <= 2 * errors[known[name], 0] + _GAIN * abs(values[known[name], 0])
+        abs(alone[name][0] - values[finite[name], 0]) <= 2 * errors[finite[name], 0] + _GAIN * abs(values[finite[name], 0])
         for name in problem.objective.figures()
     )
     slope, noise = problem.descent(best), error / max(abs(value), 1e-300)
@@ -556,9 +556,9 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         value_before=own,
         at_bounds=at_bounds,
         limits=limits,
-        figures={name: float(values[k, 0]) for name, k in known.items()},
-        errors={name: float(errors[k, 0]) for name, k in known.items()},
-        figure_units={name: family.unit(name) for name in known},
+        figures={name: float(values[k, 0]) for name, k in finite.items()},
+        errors={name: float(errors[k, 0]) for name, k in finite.items()},
+        figure_units={name: family.unit(name) for name in finite},
         sizing=sizing,
         confirmed=agree and stationary and not better and not interrupted,
         around=2 * len(_ASIDE) * len(best) + _SCATTERED,
@@ -620,8 +620,8 @@ def _messages(
 ) -> Iterator[str]:
     """Messages on an optimum: the bounds and limits that hold it."""
     family, name = problem.family, problem.objective.title
-    known = rows[0][np.isfinite(rows[0])]
-    if np.ptp(known) <= _GAIN * max(np.abs(known).max(), 1e-300):
+    finite = rows[0][np.isfinite(rows[0])]
+    if np.ptp(finite) <= _GAIN * max(np.abs(finite).max(), 1e-300):
         yield f"no optimum: {name} is the same for all designs, whatever {' and '.join(family.paths)}"
         return
     further = "rises" if problem.greatest else "falls"

@@ -118,8 +118,8 @@ def sweep(
 def columns_of(scene: Scene, columns: Mapping[str, Any], grid: bool = False) -> tuple[dict[str, Array], tuple[int, ...]]:
     """Columns of numbers by their dotted paths, each of the shape of the sweep, and that shape; or all faults."""
     if not isinstance(columns, Mapping) or not columns:
-        given = show(columns) if columns else "nothing"
-        raise SceneError([Fault("columns", given, "a mapping from paths to numbers")])
+        header = show(columns) if columns else "nothing"
+        raise SceneError([Fault("columns", header, "a mapping from paths to numbers")])
     faults: list[Fault] = []
     arrays: dict[str, Array] = {}
     for path, values in columns.items():
@@ -199,7 +199,7 @@ def read_columns(scene: Scene | Machine, file: str | Path) -> dict[str, Array]:
     if file.suffix.lower() == ".parquet":
         table = needed("pyarrow.parquet", "a table of designs").read_table(file)
         units = [(field.metadata or {}).get(b"unit", b"").decode() for field in table.schema]
-        given: dict[str, Any] = {
+        options: dict[str, Any] = {
             f"{name} [{unit}]" if unit else name: column.to_pylist()
             for name, unit, column in zip(table.column_names, units, table.columns, strict=True)
         }
@@ -208,12 +208,12 @@ def read_columns(scene: Scene | Machine, file: str | Path) -> dict[str, Array]:
             rows = list(csv.reader(text))
         wrong = next((k for k, row in enumerate(rows) if len(row) != len(rows[0])), 0)
         if wrong or len(rows) < 2:
-            found = f"{len(rows[wrong])} cells" if wrong else "no designs"
+            defect = f"{len(rows[wrong])} cells" if wrong else "no designs"
             expected = f"{len(rows[0])}, as many as columns" if wrong else "a header of paths, and a row for each design"
-            raise SceneError([Fault(f"{file.name}, line {wrong + 1}", found, expected)])
-        given = dict(zip(rows[0], zip(*rows[1:], strict=True), strict=True))
+            raise SceneError([Fault(f"{file.name}, line {wrong + 1}", defect, expected)])
+        options = dict(zip(rows[0], zip(*rows[1:], strict=True), strict=True))
     columns = dict[str, Array]()
-    for head, cells in given.items():
+    for head, cells in options.items():
         name, _, unit = head.rstrip(" ]").partition(" [")
         path = dotted(name.strip())
         if path not in (*FIGURES, "way", "reason") and path.partition(".")[0] != "error":
@@ -302,18 +302,18 @@ def _swept(plan: Plan, executor: Any, files: Sequence[Path], chunk: int | None, 
     return replace(sweep, messages=(*messages, *store.end(sweep)))
 
 
-def _said(found: Sweep, why: Counter[str]) -> Iterator[str]:
-    total = f"of {len(found)} design{'s' if len(found) > 1 else ''}"
-    for way, what in ((ALONE, "sized one by one"), (REFINED, f"refined to reach rtol {found.rtol:g}")):
-        count = int((found.ways == way).sum()) if (way, found.engine) != (ALONE, "size") else 0
+def _said(sweep: Sweep, why: Counter[str]) -> Iterator[str]:
+    total = f"of {len(sweep)} design{'s' if len(sweep) > 1 else ''}"
+    for way, what in ((ALONE, "sized one by one"), (REFINED, f"refined to reach rtol {sweep.rtol:g}")):
+        count = int((sweep.ways == way).sum()) if (way, sweep.engine) != (ALONE, "size") else 0
         cause = f": {why.most_common(1)[0][0]}" if way == ALONE and why else ""
         if count:
             yield f"{count} {total} {'was' if count == 1 else 'were'} {what}{cause}"
-    if missed := int((found.worst > found.rtol).sum()):
-        k = int(np.nanargmax(found.worst))
-        worst = f"design {k} is good to {found.worst[k]:.2g}"
-        yield f"rtol {found.rtol:g} not reached by {missed} of {len(found)} designs: {worst}"
-    check = found.check
+    if missed := int((sweep.worst > sweep.rtol).sum()):
+        k = int(np.nanargmax(sweep.worst))
+        worst = f"design {k} is good to {sweep.worst[k]:.2g}"
+        yield f"rtol {sweep.rtol:g} not reached by {missed} of {len(sweep)} designs: {worst}"
+    check = sweep.check
     if check is not None and check.failed:
         yield (
             f"{len(check.failed)} of {len(check.designs)} designs that were checked differ from those of size by more than "
@@ -470,22 +470,22 @@ def _cause(error: BaseException) -> str:
 # -- the check ---------------------------------------------------------------------------------------------------------
 
 
-def _checked(found: Sweep) -> Check | None:
+def _checked(sweep: Sweep) -> Check | None:
     """A check by `size` of a sample of designs that were sized many at once, and of those with the largest estimates."""
-    many = np.flatnonzero((found.ways == TRACED) | (found.ways == REFINED))
+    many = np.flatnonzero((sweep.ways == TRACED) | (sweep.ways == REFINED))
     if not many.size:
         return None
     chosen = np.random.default_rng(many.size).choice(many, min(_SAMPLE, many.size), replace=False)
-    worst = many[np.argpartition(found.worst[many], -min(_WORST, many.size))[-_WORST:]]
+    worst = many[np.argpartition(sweep.worst[many], -min(_WORST, many.size))[-_WORST:]]
     checks: dict[int, tuple[float, str]] = {}
     for k in dict.fromkeys([*chosen.tolist(), *worst.tolist()]):
         try:
-            sizing = size(found.design(k), found.rtol, accuracy="normal")
+            sizing = size(sweep.design(k), sweep.rtol, accuracy="normal")
         except SceneError as error:
             checks[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
             continue
         theirs = designs.figures_of(sizing)
-        mine = {name: (float(found.values[name][k]), float(found.error[name][k])) for name in FIGURES}
+        mine = {name: (float(sweep.values[name][k]), float(sweep.error[name][k])) for name in FIGURES}
         apart = (_apart(name, mine[name], theirs, sizing) for name in mine)
         checks[k] = max(zip(apart, mine, strict=True))
     k = max(checks, key=lambda k: checks[k][0])

@@ -187,8 +187,8 @@ class Sweep:
     @cached_property
     def units(self) -> dict[str, str]:
         """The units (SI) of columns and figures."""
-        known = numbers(self.scene)
-        units = {path: known[path].unit if path in known else "" for path in self.columns}
+        all_numbers = numbers(self.scene)
+        units = {path: all_numbers[path].unit if path in all_numbers else "" for path in self.columns}
         units |= {name: FIGURES[name].unit for name in self.names}
         if "balance" in units:
             units["balance"] = balance_unit(Machine(self.scene).efforts, self.scene) or ""
@@ -363,9 +363,9 @@ def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
     Both are split by the first coordinate until two are left, or few: below the split only points below it beat a point;
     above it points above it do, or points below it in the other coordinates.
     """
-    found = np.zeros(len(points), bool)
+    beaten = np.zeros(len(points), bool)
     if not points.size or not by.size:
-        return found | bool(len(by) and not points.shape[1])
+        return beaten | bool(len(by) and not points.shape[1])
     if points.shape[1] == 1:
         return np.asarray(points[:, 0] >= by.min())
     if points.shape[1] == 2:
@@ -377,13 +377,13 @@ def _beaten(points: Array, by: Array) -> NDArray[np.bool_]:
     values = np.unique(by[:, 0])
     if values.size == 1:
         above = points[:, 0] >= values[0]
-        found[above] = _beaten(points[above, 1:], by[:, 1:])
-        return found
+        beaten[above] = _beaten(points[above, 1:], by[:, 1:])
+        return beaten
     split = values[values.size // 2]
     low, above = by[:, 0] < split, points[:, 0] >= split
-    found[~above] = _beaten(points[~above], by[low])
-    found[above] = _beaten(points[above, 1:], by[low, 1:]) | _beaten(points[above], by[~low])
-    return found
+    beaten[~above] = _beaten(points[~above], by[low])
+    beaten[above] = _beaten(points[above, 1:], by[low, 1:]) | _beaten(points[above], by[~low])
+    return beaten
 
 
 def needed(module: str, what: str) -> Any:
@@ -624,8 +624,8 @@ class Store:
         first, last = which[0], which[-1] + 1
         place: Any = slice(first, last) if last - first == which.size else which
         batch.errors["needed"] = np.where(np.isnan(batch.values["needed"]), np.nan, 0.0)
-        for into, given, kind in ((self.values, batch.values, ""), (self.errors, batch.errors, "error.")):
-            for name, values in given.items():
+        for into, rows, kind in ((self.values, batch.values, ""), (self.errors, batch.errors, "error.")):
+            for name, values in rows.items():
                 if name not in into:
                     if np.isnan(values).all():
                         continue
@@ -642,8 +642,8 @@ class Store:
         plan, unknown = self.plan, np.broadcast_to(np.nan, (self.plan.total,))
         own: Any = np.asanyarray if plan.total >= _MAPPED else np.array
         values, errors = (
-            dict.fromkeys(FIGURES, unknown) | {name: own(array) for name, array in known.items()}
-            for known in (self.values, self.errors)
+            dict.fromkeys(FIGURES, unknown) | {name: own(array) for name, array in table.items()}
+            for table in (self.values, self.errors)
         )
         columns = {path: own(column) for path, column in self._numbers().items()}
         refused = {k: reason for k, reason in sorted(self.reasons.items()) if self.ways[k] == REFUSED}
@@ -691,8 +691,8 @@ def _check_output(file: Path, plan: Plan, own: dict[str, Any]) -> None:
     if ending == ".parquet":
         _check_parquet(file, own)
     elif ending == ".csv" and file.is_file() and file.stat().st_size:
-        known = numbers(plan.scene)
-        names = [f"{name} [{known[name].unit}]" if name in known and known[name].unit else name for name in plan.columns]
+        units = {name: one.unit for name, one in numbers(plan.scene).items() if one.unit}
+        names = [f"{name} [{units[name]}]" if name in units else name for name in plan.columns]
         with file.open(encoding="utf-8", errors="replace") as text:
             there = text.readline(_MOST_HEADER).rstrip("\n").split(",")
         if there[: len(names)] != names:
@@ -784,6 +784,6 @@ def _tokens(value: Any) -> Iterable[bytes]:
         yield repr(value).encode() + b";"
 
 
-def objective(found: Sweep) -> str:
+def objective(sweep: Sweep) -> str:
     """The figure by which designs are compared: the exact flywheel, or in an analysis the irregularity."""
-    return "exact" if "exact" in found.names else "irregularity"
+    return "exact" if "exact" in sweep.names else "irregularity"

@@ -228,8 +228,8 @@ def tolerance(
     if wrong := [q for q in levels if not 0.0 < q < 1.0]:
         raise SceneError([Fault("quantiles", shown(wrong[0]), "a share above 0 and below 1")])
     centre, kept_names = family.centre(), {f"keep {name}": figure_name(f"keep {name}", name) for name in keep or {}}
-    wanted = None if figures is None else list(dict.fromkeys((*figure_names(figures), *kept_names.values())))
-    chosen = [NAMES.index(name) for name in family.there(centre, wanted)]
+    names = None if figures is None else list(dict.fromkeys((*figure_names(figures), *kept_names.values())))
+    chosen = [NAMES.index(name) for name in family.there(centre, names)]
     limited = {
         NAMES.index(name): limits_of(pair, family.unit(name), path)
         for (path, name), pair in zip(kept_names.items(), (keep or {}).values(), strict=True)
@@ -243,15 +243,15 @@ def tolerance(
     interrupted, extremes = not sample.done.all(), dict[int, tuple[Bound, Bound]]()
     said = [f"interrupted: {int(sample.done.sum())} of {sample.done.size} samples were sized"] if interrupted else []
     if intervals:
-        known = _SizedDesigns(np.array(list(intervals.values())).T, sample.points, sample.values, sample.errors)
+        designs = _SizedDesigns(np.array(list(intervals.values())).T, sample.points, sample.values, sample.errors)
         try:
             if not interrupted:
-                _search_extremes(family, known, chosen)
+                _search_extremes(family, designs, chosen)
         except KeyboardInterrupt:
             interrupted = True
         if interrupted:
             said.append("interrupted: least and greatest values are those of the designs until then")
-        extremes = known.extremes(family.paths, chosen)
+        extremes = designs.extremes(family.paths, chosen)
     kept = np.flatnonzero(sample.done[: 2 * samples])
     lost = np.isnan(sample.values[chosen][:, kept]).any(axis=0)
     refused = (family.reasons.get(tuple(sample.points[:, k].tolist()), "") for k in kept[lost])
@@ -421,14 +421,14 @@ def _spread(
     """
     values = sample.values[i]
     of_plain = values[: 2 * samples]
-    known = np.isfinite(of_plain)
+    finite = np.isfinite(of_plain)
     weights = _fitted(sample.basis[:, : 2 * samples], of_plain)
     model = weights @ sample.basis
     blocks, models = (row.reshape(-1, _REPEATS, samples // _REPEATS) for row in (values, model))
     each = np.array([_moments(blocks[:2, k], models[:2, k], weights) for k in range(_REPEATS)])
     mean, variance = _moments(blocks[:2], models[:2], weights)
     deviation = sqrt(max(variance, 0.0))
-    if known.any():
+    if finite.any():
         mean = min(max(mean, float(np.nanmin(of_plain))), float(np.nanmax(of_plain)))
     varies = deviation > _DEVIATION_ROUNDING * max(abs(nominal), abs(mean))
     shares = {}
@@ -441,11 +441,11 @@ def _spread(
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
         shares[path] = Sobol(min(max(first, 0.0), 1.0), float(errors[0]), min(max(total, 0.0), 1.0), float(errors[1]))
-    rows: tuple[Array, Array | None, Array] = of_plain[known], None, of_plain[known]
+    rows: tuple[Array, Array | None, Array] = of_plain[finite], None, of_plain[finite]
     if weights.any():
         rows = of_plain, model[: 2 * samples], weights @ sample.many
     quantiles, doubts = _quantiles(rows, levels)
-    wrong = np.hypot(_repeated(each), 0.0 if weights.any() else _grain(of_plain[known]) * np.array([1.0, 2.0 * deviation]))
+    wrong = np.hypot(_repeated(each), 0.0 if weights.any() else _grain(of_plain[finite]) * np.array([1.0, 2.0 * deviation]))
     return Spread(
         nominal=nominal,
         mean=mean,
@@ -478,8 +478,8 @@ def _grain(values: Array) -> float:
 
 def _moments(values: Array, model: Array, weights: Array) -> tuple[float, float]:
     """Mean and variance of the known values."""
-    known = np.isfinite(values)
-    y, p, constant = values[known], model[known], float(weights[0])
+    finite = np.isfinite(values)
+    y, p, constant = values[finite], model[finite], float(weights[0])
     if not y.size:
         return float("nan"), float("nan")
     mean = float((y - p).mean()) + constant
@@ -539,8 +539,8 @@ def _together_kept(
     """The probability that all limits are kept by the same design, with its sampling error."""
     values, basis = sample.values[list(limited), : 2 * samples], sample.basis[:, : 2 * samples]
     fits = [_fitted(basis, row) for row in values]
-    known = values[:, np.isfinite(values).all(axis=0)]
-    figures: list[Any] = [known, None, known]
+    finite = values[:, np.isfinite(values).all(axis=0)]
+    figures: list[Any] = [finite, None, finite]
     if all(weights.any() for weights in fits):
         figures = [values, [weights @ basis for weights in fits], [weights @ sample.many for weights in fits]]
 
@@ -590,26 +590,26 @@ def _share(values: Array, at: Array, side: Literal["left", "right"]) -> Array:
 # -- extremes ----------------------------------------------------------------------------------------------------------
 
 
-def _search_extremes(family: Variation, known: _SizedDesigns, chosen: list[int]) -> None:
+def _search_extremes(family: Variation, designs: _SizedDesigns, chosen: list[int]) -> None:
     """Searches for the least and the greatest value of figures from the best points known, where gradients point inwards.
 
     Corners and middles of sides are among these, because extremes of narrow intervals are there. Elsewhere a search
     continues from the best point; its points count for every figure.
     """
-    bounds, ends = known.bounds, _ends(known.bounds)
-    known.add(ends, *family(ends))
+    bounds, ends = designs.bounds, _ends(designs.bounds)
+    designs.add(ends, *family(ends))
     slopes: dict[int, Array] = {}
     for i in chosen:
         for sign in (-1.0, 1.0):
-            k = known.best(i, sign)
+            k = designs.best(i, sign)
             if k is None:
                 continue
             if k not in slopes:
-                slopes[k] = gradient(family, known.points[:, k], family.scales)[1]
-            ascent, x = sign * np.nan_to_num(slopes[k][i]), known.points[:, k]
+                slopes[k] = gradient(family, designs.points[:, k], family.scales)[1]
+            ascent, x = sign * np.nan_to_num(slopes[k][i]), designs.points[:, k]
             inward = np.where(ascent > 0.0, x < bounds[1], x > bounds[0]) & (ascent != 0.0)
             if inward.any():  # not held by the bounds alone
-                minimum(partial(known.rows, family, i, -sign), x, bounds[0], bounds[1], family.scales)
+                minimum(partial(designs.rows, family, i, -sign), x, bounds[0], bounds[1], family.scales)
 
 
 class _SizedDesigns:

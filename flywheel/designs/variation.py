@@ -103,21 +103,21 @@ class Variation:
     """
 
     def __init__(self, scene: Scene, paths: Iterable[str], rtol: float = RTOL, engine: str | None = None) -> None:
-        known, faults = numbers(scene), rtol_faults(rtol)
+        all_numbers, faults = numbers(scene), rtol_faults(rtol)
         self.scene, self.rtol, self.engine = scene, rtol, ENGINES[0] if engine is None else engine
         self.paths = tuple(dict.fromkeys(dotted(str(path)) for path in paths))
         for path in self.paths:
-            if path not in known:
+            if path not in all_numbers:
                 missing = "no number of the scene"
-                faults.append(Fault(path or "paths", missing, "the path of one", suggestion(path, known)))
+                faults.append(Fault(path or "paths", missing, "the path of one", suggestion(path, all_numbers)))
         if not self.paths:
-            faults.append(Fault("paths", "none", f"paths of numbers, such as {next(iter(known), 'regime.speed')}"))
+            faults.append(Fault("paths", "none", f"paths of numbers, such as {next(iter(all_numbers), 'regime.speed')}"))
         faults += name_faults("engine", self.engine, dict.fromkeys(ENGINES))
         refuse(faults)
-        self.nominal = np.array([known[path].value for path in self.paths], dtype=float)
-        self.units = tuple(known[path].unit for path in self.paths)
-        self.dimensions = tuple(known[path].dimension for path in self.paths)
-        self.scales = np.array([_scale(known[path], known) for path in self.paths], dtype=float)
+        self.nominal = np.array([all_numbers[path].value for path in self.paths], dtype=float)
+        self.units = tuple(all_numbers[path].unit for path in self.paths)
+        self.dimensions = tuple(all_numbers[path].dimension for path in self.paths)
+        self.scales = np.array([_scale(all_numbers[path], all_numbers) for path in self.paths], dtype=float)
         self.bare = _without_wheel(scene) if self.engine != ENGINES[-1] else None
         self.near: dict[str, float] = {}  # of figures that count modulo the cycle: the angle (rad) beside which they are put
         self.exchanged = 0.0  # work (J) in a cycle, to which errors of areas are relative
@@ -142,15 +142,15 @@ class Variation:
     def there(self, centre: Sizing, names: Iterable[str] | None = None) -> list[str]:
         """The figures of a design, or some by name; SceneError if one of these is missing."""
         own = [name for name, (value, _) in figures_of(centre).items() if name in NAMES and isfinite(value)]
-        wanted = own if names is None else list(dict.fromkeys(names))
+        names_used = own if names is None else list(dict.fromkeys(names))
         refuse(
             [
                 Fault(name, "no figure of this scene", f"one of {', '.join(own)}", WITHOUT.get(name, ""))
-                for name in wanted
+                for name in names_used
                 if name not in own
             ]
         )
-        return wanted
+        return names_used
 
     def at(self, column: Array) -> Sizing:
         """One design, sized by itself; SceneError where it is refused."""
@@ -195,10 +195,10 @@ class Variation:
     def _with_wheels(self, bare: Scene, columns: Array) -> Batch:
         """Designs sized many at once without the scene's wheel, and the wheel of each as chosen by `size`."""
         others = [i for i, path in enumerate(self.paths) if path not in _WHEEL]
-        paths, given = tuple(self.paths[i] for i in others), columns[others]
+        paths, own = tuple(self.paths[i] for i in others), columns[others]
         if not others:
-            paths, given = (_IRREGULARITY,), np.full((1, columns.shape[1]), bare.irregularity)
-        batch = sized(bare, paths, given, self.rtol, self.engine, progress=None)
+            paths, own = (_IRREGULARITY,), np.full((1, columns.shape[1]), bare.irregularity)
+        batch = sized(bare, paths, own, self.rtol, self.engine, progress=None)
         same = not any(path in _WHEEL or path == _IRREGULARITY or path.startswith("shafts.") for path in self.paths)
         for k in np.flatnonzero(np.isfinite(batch.values["exact"])):
             inertia, speed = float(batch.values["exact"][k]), float(batch.values["speed"][k])
@@ -257,7 +257,7 @@ def limits_of(pair: Any, unit: str, path: str) -> tuple[float | None, float | No
     """
     if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or all(end is None for end in pair):
         raise SceneError([Fault(path, show(pair), "limits (low, high), None where one is open")])
-    dimension = next((own for own, known in DIMENSIONS.items() if known.si == unit), "number")
+    dimension = next((own for own, dimension_unit in DIMENSIONS.items() if dimension_unit.si == unit), "number")
     low, high = (None if end is None else quantity(end, dimension, path) for end in pair)
     if low is not None and high is not None and low > high:
         raise SceneError([Fault(path, f"from {low:g} to {high:g}", "the lower one first")])
@@ -275,11 +275,11 @@ def _without_wheel(scene: Scene) -> Scene | None:
     return scene.with_({path: None for path in _WHEEL if path.partition(".")[2] in scene.document.tables["flywheel"]})
 
 
-def _scale(number: Number, known: Mapping[str, Number]) -> float:
+def _scale(number: Number, values: Mapping[str, Number]) -> float:
     """Scale of a number's changes: its size, or a share of that of similar numbers, or 1; a radian for angles."""
     if number.dimension == "angle":
         return 1.0
-    like = max(abs(other.value) for other in known.values() if other.unit == number.unit) if number.unit else 0.0
+    like = max(abs(other.value) for other in values.values() if other.unit == number.unit) if number.unit else 0.0
     return max(abs(number.value), _SCALE_SHARE * like) or 1.0
 
 
@@ -415,9 +415,9 @@ def sensitivities(
 
     """
     scene = scene_of(scene)
-    wanted = paths_of(scene) if paths is None else (paths,) if isinstance(paths, str) else tuple(paths)
+    chosen_paths = paths_of(scene) if paths is None else (paths,) if isinstance(paths, str) else tuple(paths)
     names = None if figures is None else figure_names(figures)
-    family = Variation(scene, wanted, rtol, engine)
+    family = Variation(scene, chosen_paths, rtol, engine)
     centre = family.centre()
     there = family.there(centre, names)
     with np.errstate(invalid="ignore"):  # a wheel that is not needed has no end of safety
@@ -508,8 +508,8 @@ def _angle(sizing: Sizing, which: str, row: int) -> float | None:
 _DEGREE = pi / 180
 
 
-def change(found: Sensitivities, name: str, path: str) -> float:
+def change(derivatives: Sensitivities, name: str, path: str) -> float:
     """The change of a figure in percent for one percent of a number, or for a degree of an angle; NaN if unknown."""
-    value, derivative = found.values[name], found.derivative(name, path).value
-    step = _DEGREE if found.units[path] == "rad" else 0.01 * found.numbers[path]
+    value, derivative = derivatives.values[name], derivatives.derivative(name, path).value
+    step = _DEGREE if derivatives.units[path] == "rad" else 0.01 * derivatives.numbers[path]
     return 100.0 * derivative * step / value if value else float("nan")

@@ -49,14 +49,14 @@ def places(
 
     anchor: inside the smooth piece that every coordinate belongs to, where a law decides its branches.
     """
-    found: dict[str, Place] = {}
+    all_places: dict[str, Place] = {}
     other: dict[str, str] = {}
     sliding = scene.sliding
     if not (sliding and mechanisms):
         for name, ratio in {scene.reduction_element: 1.0, **scene.shafts}.items():
             if not sliding or name == scene.reduction_element:
                 value = ratio * (own + scene.origin)
-                found[name] = Place(WAY if sliding else ANGLE, Track(value, ratio + 0.0 * own, 0.0 * own))
+                all_places[name] = Place(WAY if sliding else ANGLE, Track(value, ratio + 0.0 * own, 0.0 * own))
     for mechanism in mechanisms:
         ratio = scene.shafts[mechanism.shaft]
         psi, middle = ratio * own + mechanism.phase, ratio * anchor + mechanism.phase
@@ -70,25 +70,25 @@ def places(
             alone = len(mechanisms) == 1 and (name not in scene.shafts or (name == CRANK and turns_so))
             other[f"{prefix}{name}"] = title = name if alone else f"{prefix}{name}"
             track = Track(place.track.value, ratio * place.track.rate, ratio**2 * place.track.slope)
-            found.setdefault(title, place._replace(track=track))
+            all_places.setdefault(title, place._replace(track=track))
         other |= {f"{prefix}{name}": other[f"{prefix}{of}"] for name, of in names.items()}
     ends = [name.partition(".")[2] for name in other]
     bare = {name.partition(".")[2]: of for name, of in other.items() if ends.count(name.partition(".")[2]) == 1}
-    return found, {name: of for name, of in (bare | other).items() if name not in found}
+    return all_places, {name: of for name, of in (bare | other).items() if name not in all_places}
 
 
 def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mapping[str, float]) -> dict[str, Place]:
     """The outputs of a law."""
     family = build(mechanism, parameters)
-    position, found = family.position(psi, np, anchor), {}
+    position, outputs = family.position(psi, np, anchor), {}
     sizes = family.position(np.linspace(0.0, mechanism.period, POINTS, endpoint=False), np)
     for output in mechanism.outputs:
         jet = position.jet(output.name)
         value = family.ports[output.name].position(position)
         track = Track(*(part + 0.0 * psi for part in (value, jet.first, jet.second)))
         size = float(np.max(np.abs(sizes.jet(output.name).value + 0.0)))
-        found[output.name] = Place(ANGLE if output.rotating else WAY, track, max(size, 1.0) if output.rotating else size)
-    return found
+        outputs[output.name] = Place(ANGLE if output.rotating else WAY, track, max(size, 1.0) if output.rotating else size)
+    return outputs
 
 
 def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Place], dict[str, str]]:
@@ -102,19 +102,19 @@ def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Plac
     if period is not None:
         ends = solution.poses(np.array([0.0, period])).value[:, 2]
         gained = dict(zip(linkage.names, (TURN * np.round((ends[:, 1] - ends[:, 0]) / TURN)).tolist(), strict=True))
-    found: dict[str, Place] = {}
+    all_places: dict[str, Place] = {}
     other: dict[str, str] = {}
 
     def put(name: str, kind: str, track: Track, gain: float = 0.0) -> str:
-        while name in found:
+        while name in all_places:
             name = f"{name}.place"
         track = track._replace(value=track.value + gain * turns) if gain else track
-        found[name] = Place(kind, track, 1.0 if kind == ANGLE else unit, solution.scale)
+        all_places[name] = Place(kind, track, 1.0 if kind == ANGLE else unit, solution.scale)
         return name
 
-    held, moving = straight(linkage.joints), [link for link in linkage.links if link.name]
+    guides, moving = straight(linkage.joints), [link for link in linkage.links if link.name]
     for link in moving:
-        if link.name not in held:
+        if link.name not in guides:
             put(link.name, ANGLE, poses.angle(link.name), gained[link.name])
     at: dict[tuple[str, str], str] = {}
     for joint in linkage.joints:
@@ -145,17 +145,17 @@ def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Plac
         put(port.name, WAY, Track(*((part * axis).sum(axis=0) for part in seen)))
     other |= dict(KINDS[mechanism.type].guides)
     for joint in linkage.joints:
-        if joint.kind == SLIDE and joint.second in held and joint.first == linkage.names[0]:
+        if joint.kind == SLIDE and joint.second in guides and joint.first == linkage.names[0]:
             other.setdefault(joint.second, joint.name)
-    for name in held - other.keys() - found.keys():
+    for name in guides - other.keys() - all_places.keys():
         put(name, ANGLE, poses.angle(name), gained[name])
-    return found, {name: of for name, of in other.items() if name not in found}
+    return all_places, {name: of for name, of in other.items() if name not in all_places}
 
 
 def edges_of(scene: Scene) -> Array:
     """Own coordinates between which everything moves smoothly: 0, switches of laws and of cams' lifts, the cycle."""
     cycle = scene.cycle
-    found = [np.array([0.0, cycle])]
+    pieces = [np.array([0.0, cycle])]
     for mechanism in scene.mechanisms:
         if KINDS[mechanism.type].smooth(mechanism):
             continue
@@ -163,11 +163,11 @@ def edges_of(scene: Scene) -> Array:
         ratio = scene.shafts[mechanism.shaft]
         period = solution_of(mechanism)[1] if has_joints(mechanism) else mechanism.period
         if period is None:
-            found.append((breaks - mechanism.phase) / ratio)
+            pieces.append((breaks - mechanism.phase) / ratio)
         else:
             turns = np.arange(-1.0, np.ceil(ratio * cycle / period) + 2.0)
-            found.append(((breaks[:, None] + period * turns - mechanism.phase) / ratio).ravel())
-    edges = np.concatenate(found)
+            pieces.append(((breaks[:, None] + period * turns - mechanism.phase) / ratio).ravel())
+    edges = np.concatenate(pieces)
     edges = np.unique(edges[(edges >= 0.0) & (edges <= cycle)])
     return np.asarray(edges[np.append(True, np.diff(edges) > 64 * ROUNDING * cycle)])
 
@@ -252,7 +252,7 @@ class Moving:
         """All moving places, by name, and other names of them."""
         return places(self.scene, self.scene.mechanisms, *self._own(q))
 
-    def errors(self, q: Array, found: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:
+    def errors(self, q: Array, curves: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:
         """Estimated absolute errors of x, g and g': computed again with positions and lengths changed by a few roundings."""
         own, anchor = self._own(q)
         size, again = max(self.scene.cycle, float(np.abs(q).max())), []
@@ -268,28 +268,28 @@ class Moving:
                 state.spread(part, [other[name].track[k] for other in again]) + floor * place.unit / place.per**k
                 for k, part in enumerate(place.track)
             )
-            for name, place in found.items()
+            for name, place in curves.items()
         }
 
     def curves(self, driver: Driver) -> tuple[dict[str, Curve], dict[str, str]]:
         """Position, velocity and acceleration of everything as the driver moves, with errors; other names of them."""
-        found, other = self.places(driver.q)
-        errors = self.errors(driver.q, found)
+        curves, other = self.places(driver.q)
+        errors = self.errors(driver.q, curves)
         off = driver.errors[1] + 0.0 * driver.q
         if off.any():  # the driver's own place is not known better
             for side in (-1.0, 1.0):
                 q = driver.q + side * off
                 stroke = self.scene.stroke
                 beside = self.places(q if stroke is None else np.clip(q, stroke.start, stroke.end))[0]
-                for name, (_, track, *_) in found.items():
+                for name, (_, track, *_) in curves.items():
                     for error, there, here in zip(errors[name], beside[name].track, track, strict=True):
                         error += np.abs(there - here)
-        return {name: _curve(name, place, errors[name], driver) for name, place in found.items()}, other
+        return {name: _curve(name, place, errors[name], driver) for name, place in curves.items()}, other
 
     def plain(self, driver: Driver, names: Sequence[str]) -> dict[str, tuple[Array, Array, Array]]:
         """Position, velocity and acceleration of some curves, without errors."""
-        found = self.places(driver.q)[0]
-        return {name: _moved(found[name].track, driver)[:3] for name in names}
+        curves = self.places(driver.q)[0]
+        return {name: _moved(curves[name].track, driver)[:3] for name in names}
 
 
 def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Array, Array]]:

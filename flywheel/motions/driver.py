@@ -74,11 +74,11 @@ class Course(NamedTuple):
             return [(float(q), float(q)) for q in positions if self.start <= q <= self.end]
         q = self.at(grid).q
         low, high = np.minimum(q[:-1], q[1:]), np.maximum(q[:-1], q[1:])
-        found = [(k, position) for position in positions for k in np.flatnonzero((low <= position) & (position < high))]
+        indices = [(k, position) for position in positions for k in np.flatnonzero((low <= position) & (position < high))]
         at_end = [(self.end, float(position)) for position in positions if position == q[-1]]
-        if not found:
+        if not indices:
             return at_end
-        cell, target = np.array([k for k, _ in found]), np.array([position for _, position in found])
+        cell, target = np.array([k for k, _ in indices]), np.array([position for _, position in indices])
         places = roots_between(lambda at: self.at(at).q - target, grid[cell], grid[cell + 1])
         pairs = zip(places.tolist(), target.tolist(), strict=True)
         return sorted([*pairs, *at_end])
@@ -95,10 +95,10 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
     """A constant speed (rad/s or m/s; "scene": the scene's own), through a cycle or along the stroke, from either end."""
     stroke, acceleration = scene.stroke, 0.0
     if speed == "scene":
-        given = scene.speed if stroke is None else stroke.speed
-        if given is None:
+        setting = scene.speed if stroke is None else stroke.speed
+        if setting is None:
             raise SceneError([Fault("speed", "a scene without a speed", "a speed", 'give one, such as "60 rpm"')])
-        speed, acceleration = given, 0.0 if stroke is None else stroke.acceleration
+        speed, acceleration = setting, 0.0 if stroke is None else stroke.acceleration
     arguments.refuse(arguments.number_faults("speed", speed))
     speed = float(speed)
     if speed == 0.0:
@@ -116,8 +116,8 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
     if acceleration:
         condition += f" and {figure(acceleration)} {'m/s^2' if scene.reduction_element == 'slide' else 'rad/s^2'}"
         if over == TIME:
-            found = "time with a speed and an acceleration that hold at every position"
-            raise SceneError([Fault("over", found, "the driver", "give a law of time")])
+            defect = "time with a speed and an acceleration that hold at every position"
+            raise SceneError([Fault("over", defect, "the driver", "give a law of time")])
         return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, None))
     if over == TIME:
         return Course(
@@ -171,18 +171,18 @@ def steady(machine: Machine, over: str) -> Course:
     def along(q: Array, t: Array, late: Array) -> Driver:
         """Returns the motion at angles q, which the driver passes at times t, with an error `late` of these."""
         turned = q - np.floor(q / cycle) * cycle
-        found, (off, slower) = steady_motion(machine, sizing, turned)
-        error, speeding = late * np.abs(found.omega), 0.0 * q
+        steady_values, (off, slower) = steady_motion(machine, sizing, turned)
+        error, speeding = late * np.abs(steady_values.omega), 0.0 * q
         if late.any():  # what the angle's error makes of the acceleration
             for side in (-1.0, 1.0):
                 beside = steady_motion(machine, sizing, (turned + side * error) % cycle)[0].alpha
-                speeding = np.maximum(speeding, np.abs(beside - found.alpha))
+                speeding = np.maximum(speeding, np.abs(beside - steady_values.alpha))
         return Driver(
             q,
             t,
-            found.omega,
-            found.alpha,
-            (share * np.abs(t) + 4 * ROUNDING * period, error, off + np.abs(found.alpha) * late, slower + speeding),
+            steady_values.omega,
+            steady_values.alpha,
+            (share * np.abs(t) + 4 * ROUNDING * period, error, off + np.abs(steady_values.alpha) * late, slower + speeding),
         )
 
     condition = f"steady regime at {_speed(scene, sizing.speed)}"
@@ -219,14 +219,14 @@ def steady(machine: Machine, over: str) -> Course:
 # -- a transient -------------------------------------------------------------------------------------------------------
 
 
-def along_transient(scene: Scene, given: Transient | Motion) -> Course:
+def along_transient(scene: Scene, source: Transient | Motion) -> Course:
     """A motion that `flywheel.transient` or `flywheel.simulate` followed, with its own estimated error."""
-    motion = given.motion if isinstance(given, Transient) else given
+    motion = source.motion if isinstance(source, Transient) else source
     trail = motion.trail
     if trail is None:
-        found = "a motion of a machine with compliant shafts"
+        defect = "a motion of a machine with compliant shafts"
         raise SceneError(
-            [Fault("transient", found, "one with rigid shafts", "its own `run` holds the motion of every shaft")]
+            [Fault("transient", defect, "one with rigid shafts", "its own `run` holds the motion of every shaft")]
         )
     other = trail.dynamics.machine.scene
     if (other.mechanisms, other.shafts, other.stroke) != (scene.mechanisms, scene.shafts, scene.stroke):
@@ -249,7 +249,7 @@ def along_transient(scene: Scene, given: Transient | Motion) -> Course:
         error = np.full(t.size, motion.error)
         return Driver(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
 
-    ended = given.ended if isinstance(given, Transient) else motion.ended
+    ended = source.ended if isinstance(source, Transient) else motion.ended
     place, pace = told(float(motion.phi[0]), scene.reduction_element == "slide"), _speed(scene, float(motion.omega[0]))
     edges = np.unique(switching(trail)[0])
     return Course(
@@ -312,17 +312,17 @@ def imposed(
     """
     if until is not None:
         arguments.refuse(arguments.number_faults("until", until, arguments.POSITIVE))
-    found = _law_of(scene, law, until)
-    edges = found.edges
+    imposed_law = _law_of(scene, law, until)
+    edges = imposed_law.edges
     low, high = edges[:-1, None], edges[1:, None]
     nodes = low + (high - low) * _NODES
     nodes[:, -1] = edges[1:]
     anchor = np.broadcast_to(0.5 * (low + high), nodes.shape)
-    values = [np.broadcast_to(part, nodes.shape) for part in found.jet(nodes, anchor)]
+    values = [np.broadcast_to(part, nodes.shape) for part in imposed_law.jet(nodes, anchor)]
     for what, part in zip(("whose position", "whose rate", "whose acceleration"), values, strict=True):
         if not np.isfinite(part).all():
             t = float(nodes[~np.isfinite(part)][0])
-            where = f"{found.words}, {what} is not finite at t = {t:.{_SHOWN}g} s"
+            where = f"{imposed_law.words}, {what} is not finite at t = {t:.{_SHOWN}g} s"
             raise SceneError([Fault("law", where, "a law with a finite position, rate and acceleration")])
     q, rate, _ = values
     scale = max(float(np.ptp(q)), UNSURE * float(np.abs(q).max()), 1e-300)
@@ -330,13 +330,13 @@ def imposed(
     if (jumps > _JUMP * scale).any():
         worst = int(np.argmax(jumps > _JUMP * scale))
         unit = "m" if scene.sliding else "rad"
-        where = f"{found.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_SHOWN}g} s"
+        where = f"{imposed_law.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_SHOWN}g} s"
         raise SceneError([Fault("law", where, "a law whose position does not jump")])
     corners = np.abs(rate[1:, 0] - rate[:-1, -1]) > _CORNER * float(np.abs(rate).max())
     messages = [
         f"the driver's speed jumps at t = {t:.{_SHOWN}g} s: an acceleration without end there" for t in edges[1:-1][corners]
     ]
-    _check_limits(scene, found, {**_ends_of_stroke(scene), **(limits or {})})
+    _check_limits(scene, imposed_law, {**_ends_of_stroke(scene), **(limits or {})})
     first, last = float(edges[0]), float(edges[-1])
     size = [float(np.abs(part).max()) for part in values]
 
@@ -345,14 +345,14 @@ def imposed(
         t = np.clip(t, first, last)
         place = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, edges.size - 2)
         middle = 0.5 * (edges[place] + edges[place + 1])
-        parts = [part + 0.0 * t for part in found.jet(t, middle)]
+        parts = [part + 0.0 * t for part in imposed_law.jet(t, middle)]
         aside = 16 * ROUNDING * max(abs(first), abs(last)) * np.where(middle < t, -1.0, 1.0)
-        others = [found.jet(t + share * aside, middle) for share in (1.0, 0.4)]
+        others = [imposed_law.jet(t + share * aside, middle) for share in (1.0, 0.4)]
         errors = [state.spread(part, [other[k] for other in others]) + UNSURE * size[k] for k, part in enumerate(parts)]
         return Driver(parts[0], t, parts[1], parts[2], (0.0 * t, *errors))
 
     edge = tuple(edges[1:-1].tolist())
-    return Course(f"imposed: {found.words}", TIME, first, last, at, edge, tuple(messages))
+    return Course(f"imposed: {imposed_law.words}", TIME, first, last, at, edge, tuple(messages))
 
 
 def scene_moved(path: Path, law: object, until: float | None) -> Scene:
@@ -421,14 +421,14 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
             if beyond.any():
                 t = float(times[int(np.argmax(beyond))])
                 t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
-                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, "
-                found += f"above {told(end, sliding)}" if sense > 0 else f"below {told(end, sliding)}"
+                defect = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, "
+                defect += f"above {told(end, sliding)}" if sense > 0 else f"below {told(end, sliding)}"
                 expected = f"a law from {told(low, sliding)} to {told(high, sliding)}"
                 if not np.isfinite(low):
                     expected = f"a law below {told(high, sliding)}"
                 elif not np.isfinite(high):
                     expected = f"a law above {told(low, sliding)}"
-                faults.append((t, Fault("law", found, expected)))
+                faults.append((t, Fault("law", defect, expected)))
     if faults:
         raise SceneError([min(faults, key=lambda one: one[0])[1]])
 
@@ -466,12 +466,12 @@ def _formula(scene: Scene, text: str, until: float) -> _Law:
                 [Fault("law", f"{show(text)}, a speed", "a position as an expression of t", "give it as speed")]
             )
     try:
-        given = parse(text, frozenset(scene.parameters))
+        formula = parse(text, frozenset(scene.parameters))
     except ExpressionError as error:
         raise SceneError([Fault("law", error.found, error.expected, error.advice)]) from None
-    if foreign := sorted(given.names - {"t", *scene.parameters}):
+    if foreign := sorted(formula.names - {"t", *scene.parameters}):
         raise SceneError([Fault("law", f"an expression of {', '.join(foreign)}", "one of t and the scene's parameters")])
-    law = Expression(text, renamed(given.tree, "t", "phi"))
+    law = Expression(text, renamed(formula.tree, "t", "phi"))
     curve = FormulaCurve(law, scene.parameters)
     constants = dict(scene.parameters)
 
@@ -482,21 +482,21 @@ def _formula(scene: Scene, text: str, until: float) -> _Law:
         return {**constants, "phi": t}
 
     def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
-        found = curve.jet(t, anchor, np)
-        return found.value + 0.0 * t, found.first + 0.0 * t, found.second + 0.0 * t
+        derivatives = curve.jet(t, anchor, np)
+        return derivatives.value + 0.0 * t, derivatives.first + 0.0 * t, derivatives.second + 0.0 * t
 
     try:
         breaks = breakpoints(law, 0.0, until, enclosed, valued)
         edges = np.array([0.0, *breaks, until])
         edges = np.unique(np.concatenate((edges, resolved(law, edges[:-1], edges[1:], enclosed, valued))))
     except SwitchingError as error:
-        told_in_time = re.sub(r"\bphi\b", "t", str(error))
-        raise SceneError([Fault("law", told_in_time, f"a law that can be followed to {until:g} s")]) from None
+        in_time = re.sub(r"\bphi\b", "t", str(error))
+        raise SceneError([Fault("law", in_time, f"a law that can be followed to {until:g} s")]) from None
 
     def passes(end: float) -> Array:
         def enclose(lo: Array, hi: Array, anchor: Array) -> tuple[Any, Any]:
-            found = law.evaluate(enclosed(lo, hi, anchor), _JETS, valued(anchor, anchor))
-            return (found.value - end, found.first) if isinstance(found, Jet) else (found - end, 0.0)
+            bounds = law.evaluate(enclosed(lo, hi, anchor), _JETS, valued(anchor, anchor))
+            return (bounds.value - end, bounds.first) if isinstance(bounds, Jet) else (bounds - end, 0.0)
 
         return roots_in_pieces(enclose, lambda t, anchor: jet(t, anchor)[0] - end, edges)
 
@@ -511,8 +511,8 @@ def _table(scene: Scene, times: Array, positions: Array, until: float | None, wo
     from scipy.interpolate import CubicSpline  # only a table needs it
 
     if times.size != positions.size:
-        found = f"{times.size} times and {positions.size} positions"
-        raise SceneError([Fault("law", found, "the same number of both")])
+        size = f"{times.size} times and {positions.size} positions"
+        raise SceneError([Fault("law", size, "the same number of both")])
     if times.size < _FEWEST:
         raise SceneError([Fault("law", f"{words} of {times.size} rows", f"{_FEWEST} rows at least")])
     falling = np.flatnonzero(np.diff(times) <= 0.0)
@@ -534,8 +534,8 @@ def _table(scene: Scene, times: Array, positions: Array, until: float | None, wo
         return value, (3 * c3 * step + 2 * c2) * step + c1, 6 * c3 * step + 2 * c2
 
     def passes(value: float) -> Array:
-        found = spline.solve(value, extrapolate=False)
-        return np.asarray(found[np.isfinite(found)])
+        roots = spline.solve(value, extrapolate=False)
+        return np.asarray(roots[np.isfinite(roots)])
 
     return _Law(f"{words} by a cubic spline", jet, edges, (), passes)
 
@@ -556,14 +556,14 @@ def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
         head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
     units = [_UNIT.search(name) for name in (*re.split(r"[,;\t]", head), "")[:2]]
     try:
-        known = [
+        parts = [
             parse_unit(unit[1] or unit[2], what) if unit else Unit()
             for unit, what in zip(units, ("time", position), strict=True)
         ]
     except QuantityError as error:
         raise SceneError([Fault("law", error.found, error.expected, f"in the header of {path.name}")]) from None
     times, positions = (
-        np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, known, strict=True)
+        np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, parts, strict=True)
     )
     return times, positions
 
@@ -573,8 +573,8 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
 
     def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
         flat = np.asarray(t, dtype=float).ravel()
-        found = np.array([_triple(law(float(one))) for one in flat]).reshape(flat.size, 3).T
-        return tuple(part.reshape(np.shape(t)) for part in found)  # type: ignore[return-value]
+        triples = np.array([_triple(law(float(one))) for one in flat]).reshape(flat.size, 3).T
+        return tuple(part.reshape(np.shape(t)) for part in triples)  # type: ignore[return-value]
 
     edges = np.linspace(0.0, until, 65)
     probes = until * (np.arange(_PROBED) + 0.37) / _PROBED
@@ -596,8 +596,8 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
     return _Law("a function of t", jet, edges, (), passes)
 
 
-def _triple(found: Any) -> tuple[float, float, float]:
-    parts = np.asarray(found, dtype=float).ravel()
+def _triple(value: Any) -> tuple[float, float, float]:
+    parts = np.asarray(value, dtype=float).ravel()
     if parts.size != 3:
         what = f"a function that gives {parts.size} values" if parts.size != 1 else "a function that gives one value"
         raise SceneError([Fault("law", what, "position, rate and acceleration at t")])
@@ -617,8 +617,8 @@ def course_of(
 ) -> tuple[Course, str]:
     """The requested course, and the axis of its curves."""
     scene = scene_of(machine)
-    given = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
-    named = [name for name, value in given.items() if value is not None]
+    options = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
+    named = [name for name, value in options.items() if value is not None]
     if len(named) > 1:
         raise SceneError([Fault(named[1], f"{named[1]} beside {named[0]}", "one motion of the driver", "leave one out")])
     axis = over or (TIME if named and named[0] in ("law", "transient") else DRIVER)
@@ -650,17 +650,17 @@ def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Ar
     """
     if at is None:
         return np.linspace(course.start, course.end, points)
-    wanted = np.atleast_1d(arguments.array("at", at)).ravel()
-    if not wanted.size:
+    times = np.atleast_1d(arguments.array("at", at)).ravel()
+    if not times.size:
         raise SceneError([Fault("at", "no position or time", "one at least, or None")])
     if over == course.variable:
-        return wanted
-    first = {q: t for t, q in reversed(course.passages(wanted))}
-    missing = [q for q in wanted.tolist() if q not in first]
+        return times
+    first = {q: t for t, q in reversed(course.passages(times))}
+    missing = [q for q in times.tolist() if q not in first]
     if missing:
         ends = course.at(np.array([course.start, course.end])).q
-        found = f"{missing[0]:.9g}, which the driver does not pass"
+        defect = f"{missing[0]:.9g}, which the driver does not pass"
         raise SceneError(
-            [Fault("at", found, f"a position that it passes between its ends, from {ends[0]:.9g} to {ends[1]:.9g}")]
+            [Fault("at", defect, f"a position that it passes between its ends, from {ends[0]:.9g} to {ends[1]:.9g}")]
         )
-    return np.array([first[q] for q in wanted.tolist()])
+    return np.array([first[q] for q in times.tolist()])

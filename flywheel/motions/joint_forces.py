@@ -75,7 +75,7 @@ class JointForces(NamedTuple):
 
     def __repr__(self) -> str:
         """The number of joints and positions, instead of every array."""
-        joints = sum(len(found.components) for found in self.mechanisms.values())
+        joints = sum(len(reactions.components) for reactions in self.mechanisms.values())
         of = f"{joints} joints of {', '.join(self.mechanisms)}"
         return f"JointForces({of} at {self.motion.phi.size} positions, {self.condition!r})"
 
@@ -140,10 +140,10 @@ def joint_forces(
     if phi is None:
         positions = spread(scene, 360 if stroke is None else 181)
     else:
-        wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
-        if not wanted.size:
+        angles = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
+        if not angles.size:
             raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
-        positions = state.own_coordinate(scene, wanted) + scene.origin
+        positions = state.own_coordinate(scene, angles) + scene.origin
     if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
     taken: tuple[str, ...] = ()
@@ -157,12 +157,12 @@ def joint_forces(
         motion, condition = _at_speed(machine, positions, speed, float(acceleration))
         balance, off = _balance(machine, speed)
         errors = StateErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
-    found = _found(machine, motion, errors, balance, condition, inertia, friction)
-    return found._replace(messages=(*taken, *found.messages))
+    forces = _found(machine, motion, errors, balance, condition, inertia, friction)
+    return forces._replace(messages=(*taken, *forces.messages))
 
 
-def _with_joints(given: Machine | Scene) -> Scene:
-    scene = scene_of(given)
+def _with_joints(source: Machine | Scene) -> Scene:
+    scene = scene_of(source)
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
@@ -184,7 +184,7 @@ def _found(
 ) -> JointForces:
     """The forces in a motion, and a message on standstill."""
     mechanisms = machine.scene.mechanisms
-    found = {m.name: port_forces(machine, motion, balance, m, inertia=inertia, friction=friction) for m in mechanisms}
+    reactions = {m.name: port_forces(machine, motion, balance, m, inertia=inertia, friction=friction) for m in mechanisms}
     messages = []
     still = motion.sense == 0.0
     if friction and machine.scene.rubs and still.any():
@@ -193,7 +193,7 @@ def _found(
             f"standing still{when}, the direction of friction in joints is undetermined: the forces there are without it"
         )
     words = condition if inertia else f"{condition}, without inertia forces"
-    return JointForces(motion, found, errors, balance, words, tuple(messages), machine, inertia)
+    return JointForces(motion, reactions, errors, balance, words, tuple(messages), machine, inertia)
 
 
 # -- motions -----------------------------------------------------------------------------------------------------------
@@ -260,12 +260,12 @@ def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) ->
     machine, motion = sizing.machine, regime_motion(sizing, phi)
     assert machine is not None
     balance = 0.0 if sizing.balance is None else sizing.balance.value
-    found = {
+    reactions = {
         mechanism.name: port_forces(machine, motion, balance, mechanism)
         for mechanism in machine.scene.mechanisms
         if mechanism.name in mechanisms or not mechanisms
     }
-    return JointForces(motion, found, StateErrors(), balance, "steady regime", (), machine)
+    return JointForces(motion, reactions, StateErrors(), balance, "steady regime", (), machine)
 
 
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times
@@ -301,9 +301,9 @@ def _along(
 ) -> JointForces:
     """Forces at times of a motion that was followed."""
     scene = _with_joints(machine)
-    given = {"phi": phi, "speed": speed}
+    options = {"phi": phi, "speed": speed}
     faults = [
-        Fault(name, "a value", "none, as it follows from the motion") for name, value in given.items() if value is not None
+        Fault(name, "a value", "none, as it follows from the motion") for name, value in options.items() if value is not None
     ]
     if scene.mechanisms != run.scene.mechanisms:
         faults.append(Fault("transient", "a motion of another scene", "one of this scene"))
@@ -312,8 +312,8 @@ def _along(
     times = np.linspace(0.0, run.time, EVENLY) if t is None else np.atleast_1d(np.asarray(t, dtype=float)).ravel()
     outside = ~((times >= 0.0) & (times <= run.time * (1.0 + ROUNDING)))
     if not times.size or outside.any():
-        found = "no time" if not times.size else f"{times[outside][0]:.6g} s"
-        raise SceneError([Fault("t", found, f"times of the motion, from 0 to {run.time:.6g} s")])
+        defect = "no time" if not times.size else f"{times[outside][0]:.6g} s"
+        raise SceneError([Fault("t", defect, f"times of the motion, from 0 to {run.time:.6g} s")])
     return along_run(run, times, inertia=inertia, friction=friction)
 
 
@@ -349,8 +349,8 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Stat
 
     def acceleration(dphi: float, domega: float, share: float) -> Array:
         place = np.clip(own + dphi, 0.0, machine.scene.cycle)
-        found = dynamics.at_many(place, anchor, motion.omega + domega, time, np.multiply(states, 1.0 + share))
-        return np.asarray(found.acceleration)
+        accelerations = dynamics.at_many(place, anchor, motion.omega + domega, time, np.multiply(states, 1.0 + share))
+        return np.asarray(accelerations.acceleration)
 
     apart = [
         np.abs(acceleration(*off) - motion.alpha) for off in ((phi, 0.0, 0.0), (0.0, omega, 0.0), (0.0, 0.0, run.error))
@@ -406,21 +406,21 @@ def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequen
     """
     places = joints_named(forces, of)
     several = len(forces.mechanisms) > 1
-    found = []
+    rows = []
     for mechanism, joint in places:
         parts = _parts(forces.mechanisms[mechanism], joint)
         own = (
             [name for name in parts if name in components] if components else [n for n, (_, _, own) in parts.items() if own]
         )
         prefix = f"{mechanism}.{joint}" if several else joint
-        found += [ForceCurve(f"{prefix}.{name}", mechanism, joint, name, *parts[name][:2]) for name in own]
-    missing = [name for name in components if name not in {curve.component for curve in found}]
+        rows += [ForceCurve(f"{prefix}.{name}", mechanism, joint, name, *parts[name][:2]) for name in own]
+    missing = [name for name in components if name not in {curve.component for curve in rows}]
     if missing:
-        known = dict.fromkeys(name for place in places for name in _parts(forces.mechanisms[place[0]], place[1]))
+        names = dict.fromkeys(name for place in places for name in _parts(forces.mechanisms[place[0]], place[1]))
         raise SceneError(
-            [Fault("component", f"{n!r}, which no requested joint has", f"one of {', '.join(known)}") for n in missing]
+            [Fault("component", f"{n!r}, which no requested joint has", f"one of {', '.join(names)}") for n in missing]
         )
-    return found
+    return rows
 
 
 def close_angles(forces: JointForces, count: int) -> Array:
@@ -444,10 +444,10 @@ def closely(forces: JointForces, along: Callable[[Array], JointForces], count: i
     jump.
     """
     phi = close_angles(forces, count)
-    found = along(phi)
+    curves = along(phi)
     ends = np.arange(phi.size)
     before, after = np.maximum(ends - 1, 0), np.minimum(ends + 1, phi.size - 1)
-    places, _ = _extreme_places(found, phi, before, after, lambda q, _: along(q))
+    places, _ = _extreme_places(curves, phi, before, after, lambda q, _: along(q))
     return along(np.unique(np.concatenate((phi, places))))
 
 
@@ -488,8 +488,8 @@ def _extreme_places(
         every = _both_ways(along(grid.ravel(), np.repeat(tops, _FINER))).reshape(-1, *grid.shape)
         return np.asarray(every[rows, np.arange(tops.size)])
 
-    found = summits(curves, low, high, _FINER, _ROUNDS)
-    return np.concatenate((found.low, found.place, found.high)), np.tile(tops, 3)
+    highest = summits(curves, low, high, _FINER, _ROUNDS)
+    return np.concatenate((highest.low, highest.place, highest.high)), np.tile(tops, 3)
 
 
 def _both_ways(forces: JointForces) -> Array:
@@ -544,22 +544,22 @@ def axis(forces: JointForces, over: str) -> CurveAxis:
     return CurveAxis("phi", "deg", degrees := np.degrees(motion.phi), degrees[first])
 
 
-def _parts(found: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:
+def _parts(reactions: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:
     """Unit and values of all figures of a joint, and whether each is shown by default."""
     parts: dict[str, tuple[str, Array, bool]] = {}
-    if joint in found.actions:
-        kind = found.poses.linkage.joint(joint).kind
-        parts[DRIVING] = "N m" if kind == PIN else "N", found.actions[joint], True
-    units = found.units[joint]
-    parts |= {name: (units[name], values, True) for name, values in found.components[joint].items()}
-    for name, values in zip(("x", "y"), found.forces[joint], strict=True):
+    if joint in reactions.actions:
+        kind = reactions.poses.linkage.joint(joint).kind
+        parts[DRIVING] = "N m" if kind == PIN else "N", reactions.actions[joint], True
+    units = reactions.units[joint]
+    parts |= {name: (units[name], values, True) for name, values in reactions.components[joint].items()}
+    for name, values in zip(("x", "y"), reactions.forces[joint], strict=True):
         parts.setdefault(name, ("N", values, False))
-    return parts | {RESULTANT: ("N", found.resultant(joint), "N" in units.values())}
+    return parts | {RESULTANT: ("N", reactions.resultant(joint), "N" in units.values())}
 
 
 def joints_named(forces: JointForces, of: Sequence[str] = ()) -> list[tuple[str, str]]:
     """Mechanism and joint of each name; of all joints if there is none."""
-    every = [(mechanism, joint) for mechanism, found in forces.mechanisms.items() for joint in found.components]
+    every = [(mechanism, joint) for mechanism, reactions in forces.mechanisms.items() for joint in reactions.components]
     names: dict[str, list[tuple[str, str]]] = {}
     for place in every:
         for name in {place[1], ".".join(place)}:
@@ -618,25 +618,25 @@ def joint_errors(
     others = state.rounded_otherwise(machine, friction=False)
     errors = {}
     for k, mechanism in enumerate(machine.scene.mechanisms):
-        found = forces.mechanisms[mechanism.name]
+        reactions = forces.mechanisms[mechanism.name]
         again = [
             port_forces(other, beside(share), forces.balance, other.scene.mechanisms[k], **options)
             for other, share in zip(others, (1.0, 0.4), strict=True)
         ]
-        apart = state.spread(figures_of(found), [figures_of(other) for other in again])
+        apart = state.spread(figures_of(reactions), [figures_of(other) for other in again])
         for other, more in moved:
             there = figures_of(port_forces(machine, other, forces.balance + more, mechanism, **options))
-            apart = _sum(apart, there, figures_of(found))
-        friction_gap, linkage = found.friction.gap, found.poses.linkage
-        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.ROUNDINGS * ROUNDING
-        force, moment = found.scales()  # what equilibrium and the iteration of friction leave over is a share of these
+            apart = _sum(apart, there, figures_of(reactions))
+        friction_gap, linkage = reactions.friction.gap, reactions.poses.linkage
+        left = reactions.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.ROUNDINGS * ROUNDING
+        force, moment = reactions.scales()  # what equilibrium and the iteration of friction leave over is a share of these
         sizes = {"N": force, "N m": moment}
-        drive = {name: moment if linkage.joint(name).kind == PIN else force for name in found.actions}
-        iterated = bool(found.friction.iterations) * (force if linkage.sliding else moment)
+        drive = {name: moment if linkage.joint(name).kind == PIN else force for name in reactions.actions}
+        iterated = bool(reactions.friction.iterations) * (force if linkage.sliding else moment)
         errors[mechanism.name] = {
             "driving": {name: error + left * drive[name] for name, error in apart["driving"].items()},
             "joints": {
-                joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
+                joint: {part: error + left * sizes[reactions.units[joint].get(part, "N")] for part, error in parts.items()}
                 for joint, parts in apart["joints"].items()
             },
             "friction": {"moment": apart["friction"]["moment"] + left * iterated},
@@ -651,15 +651,15 @@ def _sum(errors: Any, there: Any, here: Any) -> Any:
     return errors + 1.1 * np.abs(there - here)
 
 
-def figures_of(found: Reactions) -> dict[str, Any]:
+def figures_of(reactions: Reactions) -> dict[str, Any]:
     """Driving actions; components, x and y of the whole force and its size for every joint, by their names."""
 
     def of_joint(name: str) -> dict[str, Array]:
-        x, y = found.forces[name]
-        return {"x": x, "y": y, **found.components[name], RESULTANT: found.resultant(name)}
+        x, y = reactions.forces[name]
+        return {"x": x, "y": y, **reactions.components[name], RESULTANT: reactions.resultant(name)}
 
-    joints = {name: of_joint(name) for name in found.components}
-    return {"driving": dict(found.actions), "joints": joints, "friction": {"moment": found.friction.moment}}
+    joints = {name: of_joint(name) for name in reactions.components}
+    return {"driving": dict(reactions.actions), "joints": joints, "friction": {"moment": reactions.friction.moment}}
 
 
 def spread(scene: Scene, count: int) -> Array:

@@ -218,7 +218,7 @@ def motion(
     moving = Moving(scene)
     driver = course.at(instants(course, axis, at, POINTS if points is None else points))
     curves, other = moving.curves(driver)
-    wanted = list(dict.fromkeys(chosen(name, curves, other) for name in of)) or list(curves)
+    names = list(dict.fromkeys(chosen(name, curves, other) for name in of)) or list(curves)
     return Kinematics(
         scene=scene,
         condition=course.condition,
@@ -227,7 +227,7 @@ def motion(
         q=driver.q,
         rate=driver.rate,
         acceleration=driver.acceleration,
-        curves={name: curves[name] for name in wanted},
+        curves={name: curves[name] for name in names},
         errors={name: error + 0.0 * driver.q for name, error in zip(DRIVERS, driver.errors, strict=True)},
         messages=course.messages,
         other_names=other,
@@ -275,10 +275,10 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     rows: list[_Row] = []
 
     def values(mesh: cells.Cells) -> Array:
-        found = moving.plain(course.at(mesh.phi.ravel()), names)
+        values = moving.plain(course.at(mesh.phi.ravel()), names)
         table: list[Array] = []
         rows.clear()
-        for name, parts in found.items():
+        for name, parts in values.items():
             for order, part in enumerate(parts):
                 components = (
                     {"": part} if part.ndim == 1 else {"x": part[0], "y": part[1], "total": part[0] ** 2 + part[1] ** 2}
@@ -302,8 +302,8 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     tail = cells.tails(series)
     scale = np.abs(series).sum(axis=-1).max(axis=-1)
     inside = mesh.middle + (1.0 - _INSIDE) * mesh.half * np.array([-1.0, 1.0])  # at a jump itself either side may be meant
-    known = moving.curves(course.at(inside.ravel()))[0]
-    noise = np.array([_noise(known[row.name], row) for row in rows])
+    curves = moving.curves(course.at(inside.ravel()))[0]
+    noise = np.array([_noise(curves[row.name], row) for row in rows])
     level = np.maximum(noise[:, None], tail)
     breaks = _jumps(mesh, series, rows, scale, noise)
     centres = _dead_centres(course, mesh, series, rows, scale, level)
@@ -344,16 +344,16 @@ def _cell_edges(moving: Moving, course: Course, most: int) -> tuple[Array, bool]
         turns = np.arange(np.floor(q.min() / scene.cycle), np.ceil(q.max() / scene.cycle) + 1) * scene.cycle
         inner = np.unique((moving.edges[:-1] + turns[:, None]).ravel()) if inner.size > 2 else np.array([])
     passed = [v for v, _ in course.passages(inner)] if inner.size else []
-    known = np.unique([course.start, *course.edges, *passed, course.end])
-    known = known[(known >= course.start) & (known <= course.end)]
-    known = known[np.append(True, np.diff(known) > 1e-12 * (course.end - course.start))]
-    known[-1] = course.end
+    edges = np.unique([course.start, *course.edges, *passed, course.end])
+    edges = edges[(edges >= course.start) & (edges <= course.end)]
+    edges = edges[np.append(True, np.diff(edges) > 1e-12 * (course.end - course.start))]
+    edges[-1] = course.end
     path = float(np.abs(np.diff(q)).sum()) * fastest
-    wanted = _FEWEST if scene.stroke is not None else max(_FEWEST, int(np.ceil(path / _WIDEST)))
-    close, wanted = wanted <= most, min(wanted, most)
-    even = np.linspace(course.start, course.end, wanted + 1)
-    near = np.abs(even[:, None] - known[None, :]).min(axis=1) > 0.1 * (even[1] - even[0])
-    return np.sort(np.concatenate((known, even[near]))), close
+    count = _FEWEST if scene.stroke is not None else max(_FEWEST, int(np.ceil(path / _WIDEST)))
+    close, count = count <= most, min(count, most)
+    even = np.linspace(course.start, course.end, count + 1)
+    near = np.abs(even[:, None] - edges[None, :]).min(axis=1) > 0.1 * (even[1] - even[0])
+    return np.sort(np.concatenate((edges, even[near]))), close
 
 
 def _axis(course: Course, over: str, variable: Array) -> Array:
@@ -407,7 +407,7 @@ def _dead_centres(
     mine = [[k for k, row in enumerate(rows) if row[:2] == (name, 1) and row.component != "total"] for name in names]
     first = [max(of, key=lambda k: float(scale[k])) for of in mine]
     crossed = cells.crossings(series[first], level[first])
-    found = {}
+    dead_centres = {}
     for n, (name, of, k) in enumerate(zip(names, mine, first, strict=True)):
         here = (crossed.function == n) & (scale[k] > 10 * level[k].min())
         for other in of:
@@ -422,8 +422,8 @@ def _dead_centres(
         if course.cyclic and scale[k] > 10 * level[k].min() and _turns_at_seam(series[of], level[of]):
             steepness = abs(float(cells.slope(series[k][:1], np.array([-1.0]))[0])) / float(mesh.half[0, 0])
             at, off = np.append(course.start, at), np.append(2 * level[k][0] / max(steepness, 1e-300), off)
-        found[name] = at, off
-    return found
+        dead_centres[name] = at, off
+    return dead_centres
 
 
 def _turns_at_seam(series: Array, level: Array) -> bool:
@@ -476,23 +476,23 @@ def _extremes(
     moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
 ) -> dict[str, tuple[Extreme, ...]]:
     """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
-    row, where, t, found_values, half, bend, wide = _turning_points(mesh, series, level)
+    row, where, t, extreme_values, half, bend, wide = _turning_points(mesh, series, level)
     places: list[tuple[int, str, float, float, float, float, float]] = []  # row, which, variable, value, errors, inside
     for k in range(len(rows)):
         mine = np.flatnonzero(row == k)
         for which, sense in (("least", -1.0), ("greatest", 1.0)):
-            values = sense * found_values[mine]
+            values = sense * extreme_values[mine]
             near = mine[values >= values.max() - 64 * ROUNDING * np.abs(values).max()]
             best = near[where[near].argmin()]  # the first of equal ones
             short = 0.5 * bend[best] * wide[best] ** 2
             inner = where[best] - np.trunc(t[best]) * _INSIDE * half[best]
-            place, value, width = float(where[best]), float(found_values[best]), float(wide[best])
+            place, value, width = float(where[best]), float(extreme_values[best]), float(wide[best])
             places.append((k, which, place, value, width, float(short), float(inner)))
     variable = np.clip(np.array([place[2] for place in places]), course.start, course.end)
     driver = course.at(variable)
     exact, axis = moving.curves(driver)[0], _axis(course, over, variable)
     inside = moving.curves(course.at(np.clip([place[6] for place in places], course.start, course.end)))[0]
-    found: dict[str, list[Extreme]] = {}
+    by_name: dict[str, list[Extreme]] = {}
     for n, (k, which, _, value, width, short, _) in enumerate(places):
         name, order, component = rows[k]
         curve = exact[name]
@@ -506,7 +506,7 @@ def _extremes(
             now, off = value, off + noise
         if over != course.variable and driver.rate is not None:
             width = width * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
-        found.setdefault(name, []).append(
+        by_name.setdefault(name, []).append(
             Extreme(_QUANTITIES[order], component, which, now, float(axis[n]), off + short, width)
         )
-    return {name: tuple(extremes) for name, extremes in found.items()}
+    return {name: tuple(extremes) for name, extremes in by_name.items()}

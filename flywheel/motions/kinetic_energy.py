@@ -123,8 +123,8 @@ def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float
     series = cells.fit(values)
     slopes = np.zeros_like(series)
     slopes[..., :-1] = chebyshev.chebder(series, axis=-1)
-    found = cells.crossings(slopes, np.full(slopes.shape[:-1], _LEVEL))
-    ends = machine.scene.origin + np.sort(np.concatenate((mesh.edges, found.angles(mesh))))
+    crossings = cells.crossings(slopes, np.full(slopes.shape[:-1], _LEVEL))
+    ends = machine.scene.origin + np.sort(np.concatenate((mesh.edges, crossings.angles(mesh))))
     means = cells.integral(values, mesh.half).sum(axis=-1) / mesh.edges[-1]
     bodies = {}
     for (name, share), mean in zip(shares(machine, ends, flywheel=flywheel).items(), means[1:].tolist(), strict=True):
@@ -194,9 +194,9 @@ def stored_energy(
             name: 0.5 * part * pace**2 + np.zeros(shape) for name, part in chain.inertias(chain.flows(at, anchor)).items()
         }
 
-    found, cycle = held(machine, own), machine.scene.cycle
+    energies, cycle = held(machine, own), machine.scene.cycle
     others = zip(rounded_otherwise(machine), (1.0, 0.4), strict=True)
-    kinetic, errors = found, spread(found, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
+    kinetic, errors = energies, spread(energies, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
     if flywheel:
         kinetic[FLYWHEEL] = 0.5 * flywheel * scene.flywheel_ratio**2 * pace**2 + np.zeros_like(positions)
         errors[FLYWHEEL] = ROUNDINGS * ROUNDING * kinetic[FLYWHEEL]
@@ -220,9 +220,9 @@ def stored_energy(
     return StoredEnergy(kinetic, potential, errors)
 
 
-def _machine(given: Machine | Scene) -> Machine:
-    require("machine", given, (Machine, Scene), "a Machine, or a Scene")
-    return machine_of(given)
+def _machine(source: Machine | Scene) -> Machine:
+    require("machine", source, (Machine, Scene), "a Machine, or a Scene")
+    return machine_of(source)
 
 
 def _moving(
@@ -235,9 +235,9 @@ def _moving(
     still = ~(total > _STILL**2 * (_scale(machine, flywheel) if scale is None else scale))
     if still.any():
         symbol = "m* = 0" if scene.sliding else "I* = 0"
-        found = f"no body with mass that moves at {told(float(phi[still].flat[0]), scene.sliding)} ({symbol})"
+        defect = f"no body with mass that moves at {told(float(phi[still].flat[0]), scene.sliding)} ({symbol})"
         advice = "give the driver inertia, or leave that position out"
-        raise SceneError([Fault(path, found, "kinetic energy to share", advice)])
+        raise SceneError([Fault(path, defect, "kinetic energy to share", advice)])
     return phi, total, parts
 
 

@@ -79,18 +79,18 @@ class Motion(NamedTuple):
 
     def at(self, times: Any) -> tuple[Array, Array]:
         """Crank angle and speed at times (s), by dense output; after its end at rest, on a stroke a SceneError."""
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        instants = np.atleast_1d(np.asarray(times, dtype=float))
         if self.run is not None:
-            return self.run.displacement("phi", wanted), self.run.flow("crank", wanted)
+            return self.run.displacement("phi", instants), self.run.flow("crank", instants)
         assert self.trail is not None
         still = self.trail.stuck is not None  # permanently
-        phi, omega = self.trail.states(np.minimum(wanted, self.t[-1]) if still else wanted)[:2]
+        phi, omega = self.trail.states(np.minimum(instants, self.t[-1]) if still else instants)[:2]
         stroke = self.trail.dynamics.machine.scene.stroke
         if stroke is None:
             return phi, omega
-        if np.any(wanted > self.t[-1]):
+        if np.any(instants > self.t[-1]):
             last = f"times up to {self.t[-1]:.6g} s"
-            raise SceneError([Fault("t", f"{wanted.max():.6g} s", last, self.ended or "")])
+            raise SceneError([Fault("t", f"{instants.max():.6g} s", last, self.ended or "")])
         return np.clip(phi + stroke.start, stroke.start, stroke.end), omega
 
     def __repr__(self) -> str:
@@ -209,11 +209,11 @@ def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Sample
         parts.append((times[portion], states[0], omega, *figures))
         own.append(states[3:])
     joined: list[Any] = [None if column[0] is None else np.concatenate(column) for column in zip(*parts, strict=True)]
-    found = Samples._make([*joined, None])
+    samples = Samples._make([*joined, None])
     if dynamics.circuit is None:
-        return found
+        return samples
     rows = zip(dynamics.circuit.names, np.concatenate(own, axis=1), strict=True)
-    return found._replace(states={one.name: row for one, row in rows})
+    return samples._replace(states={one.name: row for one, row in rows})
 
 
 def switching(trail: Trail) -> tuple[Array, Indices]:
@@ -279,7 +279,7 @@ def peaks_of(trail: Trail, samples: Samples, owners: Indices) -> Peaks:
     """Greatest speed, and of a driven machine torque, power and current."""
     drives = trail.dynamics.machine.scene.drive is not None
     others = {"drive": drives, "power": drives, "current": samples.current is not None}
-    tops = [peak(trail, name, samples, owners) if wanted else None for name, wanted in others.items()]
+    tops = [peak(trail, name, samples, owners) if selected else None for name, selected in others.items()]
     return Peaks(peak(trail, "omega", samples, owners), *tops)
 
 
@@ -326,9 +326,9 @@ def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     def along(grid: Array) -> Array:
         return _figure(trail, name, grid.ravel(), np.repeat(owners[tops], _FINER)).reshape(grid.shape)
 
-    found = summits(along, times[beside(tops, -1)], times[beside(tops, 1)], _FINER, _ROUNDS)
-    nearby = values[tops] >= found.value
-    heights, places = np.where(nearby, values[tops], found.value), np.where(nearby, times[tops], found.place)
+    peaks = summits(along, times[beside(tops, -1)], times[beside(tops, 1)], _FINER, _ROUNDS)
+    nearby = values[tops] >= peaks.value
+    heights, places = np.where(nearby, values[tops], peaks.value), np.where(nearby, times[tops], peaks.place)
     return [Peak(float(values[best]), float(times[best])), *map(Peak, heights.tolist(), places.tolist())]
 
 
@@ -437,7 +437,7 @@ class Transient:
             "balance": self.scene.unknown and {"name": self.scene.unknown, "value": self.balance},
             "regime_speed": self.regime_speed,
             "time_to_95_percent": self.time_to_regime,
-            "peaks": {name: found and found._asdict() for name, found in self.peaks._asdict().items()},
+            "peaks": {name: one and one._asdict() for name, one in self.peaks._asdict().items()},
             "energy": self.energy._asdict(),
             "motor_start": None if self.start_heat is None else self.start_heat.as_dict(),
             "error": self.error,

@@ -101,8 +101,8 @@ def simulate(
 
     """
     if omega is None or until is None:
-        given_none = {"omega": omega, "until": until}
-        raise SceneError([Fault(name, "nothing", "a finite number") for name, value in given_none.items() if value is None])
+        required = {"omega": omega, "until": until}
+        raise SceneError([Fault(name, "nothing", "a finite number") for name, value in required.items() if value is None])
     machine = actual(machine)
     finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
     faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
@@ -111,15 +111,15 @@ def simulate(
     if faults:
         raise SceneError(faults)
     scene = machine.scene
-    given = {**states, "current": current} if current else dict(states)
-    start = Start(phi, omega, _own_states(scene, given))
+    starts = {**states, "current": current} if current else dict(states)
+    start = Start(phi, omega, _own_states(scene, starts))
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
         rigid = machine_of(replace(scene, compliances={}) if scene.compliances else machine)
         if rigid.depends_on_speed or (scene.rubs and scene.speed is not None):
-            found = size(rigid.scene.with_flywheel(own), simulate=False).balance
-            balance = 0.0 if found is None else found.value
+            balance_torque = size(rigid.scene.with_flywheel(own), simulate=False).balance
+            balance = 0.0 if balance_torque is None else balance_torque.value
         else:
             balance = turning_moment.balance_value(rigid)
     if scene.compliances:
@@ -138,19 +138,19 @@ def simulate(
     return motion
 
 
-def actual(given: Machine | Scene) -> Machine:
+def actual(source: Machine | Scene) -> Machine:
     """The machine of a scene, or the given one, with friction of the actual motion, not a moment at a constant speed.
 
     Raises:
         SceneError: if shafts twist in a scene with friction in joints.
 
     """
-    machine = given if isinstance(given, Machine) else Machine(given)
+    machine = source if isinstance(source, Machine) else Machine(source)
     turning_moment.refuse_strokes(machine.scene)
     if machine.scene.rubs and machine.scene.compliances:
-        found, expected = "a shaft that twists in a machine with friction in joints", "one or the other"
+        defect, expected = "a shaft that twists in a machine with friction in joints", "one or the other"
         advice = "leave stiffness out to follow the machine with friction, or friction out to follow the twist"
-        raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in machine.scene.compliances])
+        raise SceneError([Fault(f"shafts.{name}.stiffness", defect, expected, advice) for name in machine.scene.compliances])
     return machine if machine.friction is None else Machine(machine.scene)
 
 
@@ -203,8 +203,8 @@ def motion_from(
     residual = float(missing.max() / max(float(kinetic.max()), 1e-300))
     phi, omega, work, *rows = states
     own = {} if dynamics.circuit is None else dict(zip((one.name for one in dynamics.circuit.names), rows, strict=True))
-    found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, own, fine, fine.drift)
-    return found._replace(rough=rough, share=SAFETY * share)
+    motion = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, own, fine, fine.drift)
+    return motion._replace(rough=rough, share=SAFETY * share)
 
 
 def _difference(rough: Trail, fine: Trail) -> float:
@@ -227,18 +227,18 @@ def _at_rest(trail: Trail) -> Fault:
     dynamics = trail.dynamics
     where = dynamics.machine.where(trail.start.phi)
     if dynamics.machine.scene.stroke is None:
-        found, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
-        return Fault("simulation", found, expected)
-    found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
-    return Fault("simulation", found, "a start from which it moves along its stroke")
+        defect, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
+        return Fault("simulation", defect, expected)
+    defect = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
+    return Fault("simulation", defect, "a start from which it moves along its stroke")
 
 
-def _own_states(scene: Scene, given: Mapping[str, float]) -> tuple[float, ...]:
+def _own_states(scene: Scene, values: Mapping[str, float]) -> tuple[float, ...]:
     """A motor's own states at the start, those that are given and 0 for the others; a SceneError for unknown ones."""
     circuit = circuit_of(scene)
     names = [] if circuit is None else [one.name for one in circuit.names]
     faults = []
-    for name, value in given.items():
+    for name, value in values.items():
         if name not in names:
             has = f"{', '.join(names)}: the states of its motor" if names else "none: its motor has no state of its own"
             faults.append(Fault(name, f"{value:g}", has))
@@ -246,7 +246,7 @@ def _own_states(scene: Scene, given: Mapping[str, float]) -> tuple[float, ...]:
             faults.append(Fault(name, f"{value}", "a finite number"))
     if faults:
         raise SceneError(faults)
-    return tuple(float(given.get(name, 0.0)) for name in names)
+    return tuple(float(values.get(name, 0.0)) for name in names)
 
 
 def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str, Array]:
@@ -254,11 +254,11 @@ def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str,
     circuit = circuit_of(scene)
     if circuit is None:
         return {}
-    found = {}
+    by_element = {}
     for one, place in zip(circuit.names, circuit.in_graph, strict=True):
         of = run.flow if place.kind == "f" else run.displacement
-        found[one.name] = place.factor * of(f"drive.motor.{place.name}", t)
-    return found
+        by_element[one.name] = place.factor * of(f"drive.motor.{place.name}", t)
+    return by_element
 
 
 def graph_motion(machine: Machine, start: Start, until: float, inertia: float, balance: float, rtol: float) -> Run:
@@ -269,14 +269,14 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     scene = machine.scene
     lossy = [name for name, share in scene.efficiencies.items() if share < 1.0]
     if lossy:
-        found, expected = "losses in a mesh of a machine with a shaft that twists", "one or the other"
+        defect, expected = "losses in a mesh of a machine with a shaft that twists", "one or the other"
         advice = "leave efficiency and slip out to follow the twist, or stiffness to follow the machine with losses"
-        raise SceneError([Fault(f"shafts.{name}", found, expected, advice) for name in lossy])
+        raise SceneError([Fault(f"shafts.{name}", defect, expected, advice) for name in lossy])
     circuit = circuit_of(scene)
     if circuit is not None and not circuit.in_graph:
-        found = f"a shaft that twists together with a motor's own {' and '.join(one.name for one in circuit.names)}"
+        defect = f"a shaft that twists together with a motor's own {' and '.join(one.name for one in circuit.names)}"
         advice = "leave stiffness out, or take the motor as static, its field always on"
-        raise SceneError([Fault("drive.motor", found, "a motor that a bond graph has as a part", advice)])
+        raise SceneError([Fault("drive.motor", defect, "a motor that a bond graph has as a part", advice)])
     graph = compliant_graph(machine, balance, inertia)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
@@ -287,8 +287,8 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
     initial = {name: ratio * start.phi for name, ratio in angles}
     initial |= {name: scene.shafts[name] * start.omega for name in turning}
     if circuit is not None:
-        given = zip(circuit.in_graph, start.states, strict=True)
-        initial |= {f"drive.motor.{place.name}": value / place.factor for place, value in given}
+        values = zip(circuit.in_graph, start.states, strict=True)
+        initial |= {f"drive.motor.{place.name}": value / place.factor for place, value in values}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     if machine.depends_on_time:
         breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)
@@ -302,9 +302,9 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
         shaft = shafts.get(effort.load.on.partition(".")[0], effort.load.on)
         if effort.reverses and not effort.uses_speed and (time := _turns_back(run, shaft)) is not None:
             what = "drag on it" if effort.load.drag else "dry friction on it"
-            found = f"a motion in which {shaft} turns back by {time:.6g} s, with {what} in a machine that twists"
+            defect = f"a motion in which {shaft} turns back by {time:.6g} s, with {what} in a machine that twists"
             advice = "a shorter time, or leave stiffness out: a rigid machine comes to rest by its friction"
-            raise SceneError([Fault(effort.path, found, "one that moves forwards", advice)])
+            raise SceneError([Fault(effort.path, defect, "one that moves forwards", advice)])
     return run
 
 
@@ -356,8 +356,8 @@ def compliant_graph(machine: Machine, balance: float, inertia: float) -> Complia
         return element._replace(law=law._replace(motion=motion, effort=effort_again, per_unknown=None))
 
     elements = {name: repeating(element) for name, element in graph.elements.items()}
-    given = {one.name: getattr(graph, one.name) for one in fields(graph)} | {"elements": elements}
-    return CompliantGraph(**given, origin=(machine, balance, inertia))
+    parts = {one.name: getattr(graph, one.name) for one in fields(graph)} | {"elements": elements}
+    return CompliantGraph(**parts, origin=(machine, balance, inertia))
 
 
 # -- what the machine does along a motion -----------------------------------------------------------------------------
@@ -382,7 +382,7 @@ def regime_of(machine: Machine, inertia: float) -> Regime:
     scene = machine.scene
     same = scene.inertia == inertia and machine.friction is None
     sizing = size(machine if same else scene.with_flywheel(inertia), simulate=False)
-    found = sizing.simulation
-    if found is None or found.period is None or found.speed_time_mean is None:
+    cycle_motion = sizing.simulation
+    if cycle_motion is None or cycle_motion.period is None or cycle_motion.speed_time_mean is None:
         raise SceneError([Fault("regime", "a machine whose steady motion has no period", "one that has inertia")])
-    return Regime(found.speed_time_mean, found.period, sizing)
+    return Regime(cycle_motion.speed_time_mean, cycle_motion.period, sizing)

@@ -160,16 +160,16 @@ def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
     return earlier % TURN if possible else None, strokes.brake.torque * result.brake_angle / way
 
 
-def rate_limit(found: SingleStroke) -> Iterator[str]:
+def rate_limit(stroke: SingleStroke) -> Iterator[str]:
     """The sentence on the greatest rate and the limit that it reaches."""
-    if found.greatest_rate is None:
+    if stroke.greatest_rate is None:
         return
-    if found.greatest_rate == 0.0:
-        rate = number(f"{60.0 * found.error['greatest_rate']:.2g}")
-        yield _("Beyond its limit at {rate} strokes a minute and more: {what}.", rate=rate, what=share_name(found.decides))
+    if stroke.greatest_rate == 0.0:
+        rate = number(f"{60.0 * stroke.error['greatest_rate']:.2g}")
+        yield _("Beyond its limit at {rate} strokes a minute and more: {what}.", rate=rate, what=share_name(stroke.decides))
         return
-    rate = number(figure(60.0 * found.greatest_rate, 60.0 * found.error["greatest_rate"], 4))
-    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(found.decides))
+    rate = number(figure(60.0 * stroke.greatest_rate, 60.0 * stroke.error["greatest_rate"], 4))
+    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(stroke.decides))
 
 
 @dataclass(frozen=True)
@@ -215,12 +215,12 @@ class SingleStroke:
     @property
     def verdicts(self) -> tuple[str, ...]:
         """Sentences on trips, loads beyond limits, a clutch that slips under the work, and a crank far from its stop."""
-        found = [*trip_messages(self.trips)]
-        found += [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
+        messages = [*trip_messages(self.trips)]
+        messages += [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
         if self.phases.slips:
             angle, time, heat = (self.figures[f"second_slip_{name}"] for name in ("angle", "time", "heat"))
             where = math.degrees(float(angle or 0.0) % TURN)
-            found.append(
+            messages.append(
                 f"the clutch slips again from crank angle {where:.4g} deg on, for {time:.4g} s, and heats by {heat:.4g} J"
             )
         if (mended := brake_for_stop(self)) is not None:
@@ -229,8 +229,8 @@ class SingleStroke:
                 brake = f"its brake put on at about {math.degrees(mended[0]):.3g} deg, or with {brake}"
             side = "past stop_at" if self.overrun > 0.0 else "before stop_at"
             stop = math.degrees(abs(self.overrun))
-            found.append(f"the crank stops {stop:.4g} deg {side}; it would stop there with {brake}")
-        return tuple(found)
+            messages.append(f"the crank stops {stop:.4g} deg {side}; it would stop there with {brake}")
+        return tuple(messages)
 
     def plot(self, path: str | Path | None = None) -> Figure | None:
         """The picture of `flywheel size --plot`: written into a PNG, SVG or PDF file, or else as a figure of matplotlib."""
@@ -249,8 +249,8 @@ class SingleStroke:
 
     def as_dict(self) -> dict[str, Any]:
         """The result for JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
-        given, exact = (self.inertia, None) if self.given else (None, self.inertia)
-        wheel = {"on": self.on, "inertia": given, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
+        analysed_inertia, exact = (self.inertia, None) if self.given else (None, self.inertia)
+        wheel = {"on": self.on, "inertia": analysed_inertia, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
         if self.limits:
             wheel |= {"limits": {name: limit.as_dict() for name, limit in self.limits.items()}, "binding": self.binding}
         off, power = self.error.get("inertia"), self.figures["mean_power"]
@@ -337,9 +337,9 @@ def single_stroke(
             assert loose is not None
             error = {**_errors(strokes, tight, loose), "greatest_rate": off}
             if scene.inertia is None:
-                name, asked = binding or IRREGULARITY, asked_of(scene)
+                name, demand = binding or IRREGULARITY, asked_of(scene)
                 kept, rough = (
-                    _limited(one, run.phases, [name])[name] / asked[name]
+                    _limited(one, run.phases, [name])[name] / demand[name]
                     for one, run in ((strokes, tight), (rougher, loose))
                 )
                 error["inertia"] = strokes.inertia * (
@@ -384,11 +384,11 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
 def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | None:
     """The neighbour with errors by comparison, if a stroke of its tolerance differs so little that these are valid."""
     like, figures = near.compared or near, tight.figures
-    known = {**like.figures, "inertia": like.inertia}
+    earlier = {**like.figures, "inertia": like.inertia}
     missing = (figures[name] is None for name in figures)
-    if like.strokes.rtol != strokes.rtol or [*missing] != [known[name] is None for name in figures]:
+    if like.strokes.rtol != strokes.rtol or [*missing] != [earlier[name] is None for name in figures]:
         return None
-    pairs = ((value, known[name]) for name, value in {**figures, "inertia": strokes.inertia}.items() if name in _LIKENESS)
+    pairs = ((value, earlier[name]) for name, value in {**figures, "inertia": strokes.inertia}.items() if name in _LIKENESS)
     numbers = ((float(one), float(other)) for one, other in pairs if one is not None and other is not None)
     return like if all(abs(one - other) <= _NEIGHBOUR * abs(other) for one, other in numbers) else None
 
@@ -424,32 +424,32 @@ class _Run(NamedTuple):
     energy: dict[str, float]
 
     @classmethod
-    def of(cls, strokes: Strokes, found: Phases) -> _Run:
+    def of(cls, strokes: Strokes, phases: Phases) -> _Run:
         """The speeds of a stroke that returns."""
-        energy = _energy(strokes, found)
-        figures = _figures(strokes, found, energy)
-        return cls(found, figures, _shares(strokes, found, figures), energy)
+        energy = _energy(strokes, phases)
+        figures = _figures(strokes, phases, energy)
+        return cls(phases, figures, _shares(strokes, phases, figures), energy)
 
 
-def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> dict[str, Any]:
+def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> dict[str, Any]:
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
-    sides = driving_sides(strokes, found)
+    sides = driving_sides(strokes, phases)
     speeds, slowest = _speeds(sides)
-    slips, locked = found.slips, [leg.driven for leg in found.legs if not leg.sense]
-    drive = _drive_load(strokes, sides, found.period)
-    fed: list[float | None] = [*(max(one.value, 0.0) for one in _inverter_loads(strokes, found))] or [None, None]
-    hours = _HOUR / found.period
+    slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
+    drive = _drive_load(strokes, sides, phases.period)
+    fed: list[float | None] = [*(max(one.value, 0.0) for one in _inverter_loads(strokes, phases))] or [None, None]
+    hours = _HOUR / phases.period
     within = [share <= 1.0 for share in _motor_shares(strokes, drive).values()]
     return {
-        "period": found.period,
-        "rate": plan.continuous / found.period,
+        "period": phases.period,
+        "rate": plan.continuous / phases.period,
         "keeps_up": all(within) if within else None,
         "speed_greatest": speeds.high * wheel,
         "speed_least": speeds.low * wheel,
         "irregularity": speeds.irregularity,
-        "slip_time": found.lock_time,
-        "lock_angle": found.lock_angle,
+        "slip_time": phases.lock_time,
+        "lock_angle": phases.lock_angle,
         "clutch_torque": strokes.clutch.static_torque if slips else max(map(strokes.greatest_passed, locked)),
         "second_slip_time": float(sum(leg.end - leg.begin for leg in slips)),
         "second_slip_angle": float(slips[0].driven.start.phi) if slips else None,
@@ -458,14 +458,14 @@ def _figures(strokes: Strokes, found: Phases, energy: Mapping[str, float]) -> di
         "clutch_heat_per_hour": energy["clutch_heat"] * hours,
         "brake_heat": energy["brake_heat"],
         "brake_heat_per_hour": energy["brake_heat"] * hours,
-        "brake_angle": found.rest - strokes.brakes_at,
-        "stopping_time": found.stop_time - found.brake_time,
-        "overrun": found.rest - plan.stop_at - plan.continuous * TURN,
-        "stroke_time": found.stop_time,
-        "recovery_time": _recovery(sides, speeds.low, slowest, found),
-        "wheel_energy": 0.5 * driving_inertia(strokes) * (found.begin[0] ** 2 - speeds.low**2),
-        "holding_torque": abs(found.resting) / strokes.scene.shafts[strokes.brake.on],
-        "mean_power": energy["motor"] / found.period,
+        "brake_angle": phases.rest - strokes.brakes_at,
+        "stopping_time": phases.stop_time - phases.brake_time,
+        "overrun": phases.rest - plan.stop_at - plan.continuous * TURN,
+        "stroke_time": phases.stop_time,
+        "recovery_time": _recovery(sides, speeds.low, slowest, phases),
+        "wheel_energy": 0.5 * driving_inertia(strokes) * (phases.begin[0] ** 2 - speeds.low**2),
+        "holding_torque": abs(phases.resting) / strokes.scene.shafts[strokes.brake.on],
+        "mean_power": energy["motor"] / phases.period,
         **drive,
         "inverter_current": fed[0],
         "power_returned": fed[1],
@@ -483,16 +483,16 @@ def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
     press = press_work.press_cycle(energy, period, 0.0)
     at_once = joined.time or 0.0  # of a torque without a rise; the impulse is the same with one
     slip = at_once + 0.5 * clutch.rise if at_once >= 0.5 * clutch.rise else math.sqrt(2.0 * at_once * clutch.rise)
-    found = {"clutch_heat": joined.heat, "slip_time": slip}
-    found |= {"wheel_energy": press.given, "mean_power": press.power}
+    figures = {"clutch_heat": joined.heat, "slip_time": slip}
+    figures |= {"wheel_energy": press.given, "mean_power": press.power}
     try:
         stroke = press_work.single_stroke(inertia, speed, energy, behind / strokes.ratio**2)
     except SceneError:  # the formula lets the wheel stop
-        return found
-    return found | {"speed_least": stroke.speed * strokes.wheel}
+        return figures
+    return figures | {"speed_least": stroke.speed * strokes.wheel}
 
 
-def _while_locked(strokes: Strokes, found: Phases, near: float | None = None) -> dict[str, float | None]:
+def _while_locked(strokes: Strokes, phases: Phases, near: float | None = None) -> dict[str, float | None]:
     """The longest stop from a signal while the clutch holds, the safety distance for it, an inching touch.
 
     At the signal the clutch holds for its `hold` and its `fall`; then it opens, and the brake is applied. The distance is
@@ -503,17 +503,17 @@ def _while_locked(strokes: Strokes, found: Phases, near: float | None = None) ->
     if plan.approach is None:
         return inched | dict.fromkeys(("emergency_time", "emergency_angle", "safety_distance"))
     wait = strokes.clutch.hold + strokes.clutch.fall
-    last = max(found.release_time - wait - found.lock_time, 0.0)
+    last = max(phases.release_time - wait - phases.lock_time, 0.0)
 
     def lasts(signal: float) -> float:
-        phi, omega = crank_at(found, np.array([found.lock_time + signal + wait]))[:, 0].tolist()
+        phi, omega = crank_at(phases, np.array([phases.lock_time + signal + wait]))[:, 0].tolist()
         return wait + float(strokes.braked_from(phi, omega).t[-1])
 
     signals = np.linspace(0.0, last, _SIGNALS)
     if near is None:
         middle = max(signals.tolist(), key=lasts)
     else:
-        middle = float(np.interp(near, crank_at(found, found.lock_time + signals)[0], signals))
+        middle = float(np.interp(near, crank_at(phases, phases.lock_time + signals)[0], signals))
     low, high = max(middle - signals[1], 0.0), min(middle + signals[1], last)
     when, longest = summit(lasts, low, high, _SIGNAL_WIDTH * math.sqrt(strokes.rtol) * last)
     for end in {low, high} & {0.0, last}:
@@ -521,7 +521,7 @@ def _while_locked(strokes: Strokes, found: Phases, near: float | None = None) ->
     stopping = plan.response + longest
     return inched | {
         "emergency_time": stopping,
-        "emergency_angle": float(crank_at(found, np.array([found.lock_time + when]))[0, 0]),
+        "emergency_angle": float(crank_at(phases, np.array([phases.lock_time + when]))[0, 0]),
         "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
     }
 
@@ -532,9 +532,9 @@ def _speeds(sides: list[Side]) -> tuple[Speeds, float]:
     return Speeds(_greatest(sides, lambda speeds: speeds)[0], -least), when
 
 
-def _recovery(sides: list[Side], least: float, when: float, found: Phases) -> float:
+def _recovery(sides: list[Side], least: float, when: float, phases: Phases) -> float:
     """The time (s) from the least speed until most of the drop is recovered."""
-    level = least + _RECOVERED * (found.speed - least)
+    level = least + _RECOVERED * (phases.speed - least)
     for trail, factor, begin in sides:
         times, owners = trail.within(NODES)
         speeds = trail.states(times, owners)[1] * factor
@@ -551,7 +551,7 @@ def _recovery(sides: list[Side], least: float, when: float, found: Phases) -> fl
 
         low, high = float(times[k - 1]), float(times[k])
         return (low if over(low) >= 0.0 else root(over, low, high)) + begin - when
-    return found.period - when
+    return phases.period - when
 
 
 def _gauss(sides: list[Side], ratio: float) -> tuple[Array, Array]:
@@ -588,7 +588,7 @@ def _greatest(sides: list[Side], value: Callable[[Array], Array]) -> tuple[float
     return max(((most, begin + time) for (time, most), begin in tops), key=lambda top: top[0])
 
 
-def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
+def _inverter_loads(strokes: Strokes, phases: Phases) -> tuple[Trip, ...]:
     """The greatest current over the motor's rated one, and the greatest power (W) that it returns; none without an inverter.
 
     Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
@@ -605,10 +605,10 @@ def _inverter_loads(strokes: Strokes, found: Phases) -> tuple[Trip, ...]:
     def returned(speeds: Array) -> Array:
         return -motor.input_power(ratio * speeds, motor.torque(ratio * speeds))
 
-    loads, sides = list[Trip](), driving_sides(strokes, found)
+    loads, sides = list[Trip](), driving_sides(strokes, phases)
     for value, (kind, limit) in zip((current, returned), motor.inverter.limits, strict=True):
         most, time = _greatest(sides, value)
-        angle = float(crank_at(found, np.array([time]))[0, 0])
+        angle = float(crank_at(phases, np.array([time]))[0, 0])
         loads.append(Trip(kind, most, max(limit, _NO_POWER * motor.rated.power * (value is returned)), angle, time))
     return tuple(loads)
 
@@ -633,13 +633,13 @@ def _motor_shares(strokes: Strokes, load: Mapping[str, Any]) -> dict[str, float]
     if motor is None or motor.rated is None:
         return {}
     torque, warmth = _MOTOR_SHARES
-    found = {torque: load["motor_torque_rms"] / motor.rated.torque}
+    loads = {torque: load["motor_torque_rms"] / motor.rated.torque}
     if load["motor_heat"] is not None:
-        found[warmth] = load["motor_heat"] / motor.rated_total_heat
-    return found
+        loads[warmth] = load["motor_heat"] / motor.rated_total_heat
+    return loads
 
 
-def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict[str, float]:
+def _shares(strokes: Strokes, phases: Phases, figures: Mapping[str, Any]) -> dict[str, float]:
     """The loads that have limits, over these limits."""
     clutch, brake = strokes.clutch, strokes.brake
     shares, motor = _motor_shares(strokes, figures), strokes.scene.motor
@@ -660,22 +660,22 @@ def _shares(strokes: Strokes, found: Phases, figures: Mapping[str, Any]) -> dict
         if part.heat_per_hour is not None:
             shares[hour] = figures[f"{heat}_per_hour"] / part.heat_per_hour
     shares["brake at rest"] = figures["holding_torque"] / brake.torque
-    shares[_TIME] = found.stop_time / found.period
+    shares[_TIME] = phases.stop_time / phases.period
     return shares
 
 
 # -- energy ------------------------------------------------------------------------------------------------------------
 
 
-def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
+def _energy(strokes: Strokes, phases: Phases) -> dict[str, float]:
     """Works and heats of one period, J, and their residual.
 
     By quadrature of every law over the motions apart from the stepping; the clutch's heat by the speeds of both its sides.
     """
     works: dict[str, float] = {}
     meshes = 0.0
-    trails = [trail for leg in found.legs for trail in (leg.driving, leg.driven)[: 2 if leg.sense else 1]]
-    for trail in (*trails, found.coasting, found.braking, found.recovery):
+    trails = [trail for leg in phases.legs for trail in (leg.driving, leg.driven)[: 2 if leg.sense else 1]]
+    for trail in (*trails, phases.coasting, phases.braking, phases.recovery):
         if trail is None or not trail.stretches:
             continue
         parts, lost, _ = works_of(trail)
@@ -685,7 +685,7 @@ def _energy(strokes: Strokes, found: Phases) -> dict[str, float]:
     motor = works.pop(DRIVE, 0.0)
     brake = -sum(work for part, work in works.items() if part.startswith(BRAKE))
     works = {part: work for part, work in works.items() if not part.startswith((f"{NAME} on", BRAKE))}
-    clutch = float(sum(slip_heat(leg, strokes.ratio) for leg in found.legs if leg.sense))
+    clutch = float(sum(slip_heat(leg, strokes.ratio) for leg in phases.legs if leg.sense))
     loads = -sum(works.values())
     energy = {"motor": motor, "loads": loads, "mesh_heat": meshes, "clutch_heat": clutch, "brake_heat": brake}
     return {**energy, "residual": motor - loads - meshes - clutch - brake}
@@ -707,25 +707,25 @@ def _sized(
     A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is computed together
     with its stroke, roughly first, or from a neighbour's; if that fails, or none is needed, by a search.
     """
-    asked, last = asked_of(scene), list[SceneError]()
+    demands, last = asked_of(scene), list[SceneError]()
     runs: dict[tuple[float, float], tuple[Strokes, Phases] | None] = {}
 
-    def beside(name: str, start: Strokes, close: float, guess: Phases | None, known: Phases | None = None) -> Strokes:
+    def beside(name: str, start: Strokes, close: float, guess: Phases | None, earlier: Phases | None = None) -> Strokes:
         """The machine with the flywheel that just reaches one limit, close to another machine."""
 
-        def excess(tried: Strokes, found: Phases) -> float:
+        def excess(tried: Strokes, phases: Phases) -> float:
             if tried.inertia < _LIGHTEST * scale:
                 raise kept_by_all(name)
-            return _limited(tried, found, [name])[name] / asked[name] - 1.0
+            return _limited(tried, phases, [name])[name] / demands[name] - 1.0
 
-        found = fitted(start, guess, excess, close, known)
-        runs[found[0].inertia, start.rtol] = found
-        return found[0]
+        phases = fitted(start, guess, excess, close, earlier)
+        runs[phases[0].inertia, start.rtol] = phases
+        return phases[0]
 
     def kept_by_all(name: str) -> SceneError:
-        found = f"{100.0 * asked[name]:.4g} %, which every flywheel keeps, and no other inertia on the driving side"
+        defect = f"{100.0 * demands[name]:.4g} %, which every flywheel keeps, and no other inertia on the driving side"
         advice = "give the motor's inertia, or the flywheel"
-        return SceneError([Fault(path_of(name), found, "a limit that a flywheel decides on", advice)])
+        return SceneError([Fault(path_of(name), defect, "a limit that a flywheel decides on", advice)])
 
     def path_of(name: str) -> str:
         return f"flywheel.limits.{name}" if scene.limits else "flywheel.irregularity"
@@ -740,7 +740,7 @@ def _sized(
             except SceneError as error:
                 last[:], runs[inertia, rtol] = [error], None
         run = runs[inertia, rtol]
-        return {} if run is None else _limited(*run, asked)
+        return {} if run is None else _limited(*run, demands)
 
     def smallest(name: str, start: float, rtol: float, close: float, wider: float) -> float:
         """The smallest flywheel that keeps one limit, searched from one on, by ever wider steps."""
@@ -748,7 +748,7 @@ def _sized(
         @cache
         def above(inertia: float) -> float:
             """The relative excess over the limit; infinite where the stroke is not completed."""
-            return reached(inertia, rtol).get(name, math.inf) / asked[name] - 1.0
+            return reached(inertia, rtol).get(name, math.inf) / demands[name] - 1.0
 
         def within(place: float) -> float:
             over = above(1.0 / place)
@@ -762,10 +762,10 @@ def _sized(
             if high > _HEAVIEST * scale and last and math.isinf(above(low)):
                 raise last[0]
             if high > _HEAVIEST * scale:
-                value = 100.0 * (1.0 + above(low)) * asked[name]
-                found = f"{100.0 * asked[name]:.4g} %, and {value:.4g} % with {low:.3g} kg m²"
+                value = 100.0 * (1.0 + above(low)) * demands[name]
+                defect = f"{100.0 * demands[name]:.4g} %, and {value:.4g} % with {low:.3g} kg m²"
                 raise SceneError(
-                    [Fault(path_of(name), found, "a limit that a flywheel keeps", "a larger motor, or a lower rate")]
+                    [Fault(path_of(name), defect, "a limit that a flywheel keeps", "a larger motor, or a lower rate")]
                 )
         while above(low) <= 0.0:
             if low < _LIGHTEST * scale or (low < high and own > 0.0 and above(0.0) <= 0.0):
@@ -782,16 +782,16 @@ def _sized(
     own = driving_inertia(strokes) - strokes.wheel**2
     crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
     scale, alone = max(own, crank / strokes.ratio**2) / strokes.wheel**2, dict[str, float]()
-    for name in asked:
+    for name in demands:
         try:
-            if near is not None and near.inertia > 0.0 and len(asked) == 1:
+            if near is not None and near.inertia > 0.0 and len(demands) == 1:
                 start = Strokes(scene, near.inertia, tolerance, strokes)
-                found = beside(name, start, closest, near.phases, _at_its_rate(start, near))
+                closer = beside(name, start, closest, near.phases, _at_its_rate(start, near))
             else:
                 rough = beside(name, Strokes(scene, _WIDER * scale, _COARSEST, strokes), _ROUGHLY, None)
                 guess = runs[rough.inertia, _COARSEST]
-                found = beside(name, Strokes(scene, rough.inertia, tolerance, strokes), closest, guess and guess[1])
-            alone[name] = found.inertia
+                closer = beside(name, Strokes(scene, rough.inertia, tolerance, strokes), closest, guess and guess[1])
+            alone[name] = closer.inertia
         except SceneError:
             inertia = smallest(name, scale, _COARSEST, _ROUGHLY, _WIDER)
             alone[name] = inertia and smallest(name, inertia, tolerance, closest, 1.0 + _WIDER * _ROUGHLY)
@@ -800,25 +800,25 @@ def _sized(
         raise kept_by_all(binding)
     values, run = reached(alone[binding], tolerance), runs[alone[binding], tolerance]
     assert run is not None
-    limits = {name: Limit(asked[name], values[name], alone[name]) for name in scene.limits}
+    limits = {name: Limit(demands[name], values[name], alone[name]) for name in scene.limits}
     for name, limit in limits.items():
         if limit.reached > limit.asked * (1.0 + _BROKEN):
-            found_text = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
-            raise SceneError([Fault(f"flywheel.limits.{name}", found_text, "limits that one flywheel keeps", "allow more")])
+            defect = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
+            raise SceneError([Fault(f"flywheel.limits.{name}", defect, "limits that one flywheel keeps", "allow more")])
     return *run, limits, binding if limits else None
 
 
-def _limited(strokes: Strokes, found: Phases, names: Iterable[str]) -> dict[str, float]:
+def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str, float]:
     """The figures of limits along a stroke, those of the motor over its rated ones."""
-    sides, motor, names = driving_sides(strokes, found), strokes.scene.motor, [*names]
-    shown = {IRREGULARITY: _speeds(sides)[0].irregularity} if IRREGULARITY in names else {}
-    if motor is not None and motor.rated is not None and names != [*shown]:
-        load = _drive_load(strokes, sides, found.period)
+    sides, motor, names = driving_sides(strokes, phases), strokes.scene.motor, [*names]
+    extra = {IRREGULARITY: _speeds(sides)[0].irregularity} if IRREGULARITY in names else {}
+    if motor is not None and motor.rated is not None and names != [*extra]:
+        load = _drive_load(strokes, sides, phases.period)
         shares = _motor_shares(strokes, load)
-        shown["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
+        extra["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
         rows = zip(("motor_rms", "motor_heat"), _MOTOR_SHARES, strict=True)
-        shown |= {name: shares[own] for name, own in rows if own in shares}
-    return {name: shown[name] for name in names}
+        extra |= {name: shares[own] for name, own in rows if own in shares}
+    return {name: extra[name] for name in names}
 
 
 def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
@@ -829,49 +829,49 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     between the idling speed and the speed falls nearly exponentially with the time, so that the search varies its logarithm.
     Below `idling` the side waits at that speed, and the search varies the logarithm of the period.
     """
-    count, known = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
+    count, rates = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
     nominal, idle, last = run.phases.begin[0], strokes.typical * strokes.ratio, [run.phases]
     highest, idling = (idle if nominal < idle else (1.0 + _FAILS) * nominal), math.log(_NEAR_IDLE * idle)
 
     def begun(gap: float) -> _Run:
-        found = regaining(strokes, highest - math.exp(max(gap, idling)), last[0])
+        phases = regaining(strokes, highest - math.exp(max(gap, idling)), last[0])
         if gap < idling:
-            plan = strokes.plan._replace(rate=count / found.period * math.exp(gap - idling), idle=None)
+            plan = strokes.plan._replace(rate=count / phases.period * math.exp(gap - idling), idle=None)
             slower = Strokes(replace(strokes.scene, single_stroke=plan), strokes.inertia, strokes.rtol, strokes)
-            return _Run.of(slower, periodic(slower, found, slower.renewed(found)))
-        return _Run.of(strokes, found)
+            return _Run.of(slower, periodic(slower, phases, slower.renewed(phases)))
+        return _Run.of(strokes, phases)
 
     def noted(gap: float, tried: _Run) -> None:
         excess = {each: share - 1.0 for each, share in tried.shares.items()}
         if tried.phases.slips:
             excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period
         name = max(excess, key=lambda each: excess[each])
-        known[gap] = excess[name], name, tried.phases.period
+        rates[gap] = excess[name], name, tried.phases.period
 
     def over(gap: float) -> float:
         """The load that is greatest over its limit, less 1; infinite where the stroke fails.
 
         For a clutch that slips under the work, the share of the period.
         """
-        if gap not in known:
+        if gap not in rates:
             try:
                 tried = begun(gap)
             except SceneError as error:
-                known[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
+                rates[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
             else:
                 last[0] = tried.phases
                 noted(gap, tried)
-        return known[gap][0]
+        return rates[gap][0]
 
     slow = fast = math.log(max(highest - nominal, math.exp(idling)))
     if slow > idling:
         noted(slow, run)
     while over(slow) > 0.0:
-        waits = [(1.0 + known[gap][0], known[gap][2]) for gap in (fast, slow) if gap < idling]
+        waits = [(1.0 + rates[gap][0], rates[gap][2]) for gap in (fast, slow) if gap < idling]
         rising = [share**power * period - period for power in (1, 2) for share, period in waits]  # of a mean a + b/period
         endless = slow < fast < idling and rising[0] < rising[1] and rising[2] < rising[3]
         if slow <= idling - _LONGEST_WAIT or endless:
-            return 0.0, known[slow][1], count / max(run.phases.period, *(period for *_, period in known.values()))
+            return 0.0, rates[slow][1], count / max(run.phases.period, *(period for *_, period in rates.values()))
         step = _SLOWER if slow > idling else min(_SLOWER, 2.0 * math.log1p(over(slow)) + _WAITING)
         slow, fast = max(slow - step, idling - _LONGEST_WAIT), slow
     while over(fast) <= 0.0:  # on the way of the recovery, to where the load that decides would come to its limit
@@ -881,13 +881,13 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
         middle = 0.5 * (slow + fast)
         slow, fast = (middle, fast) if over(middle) <= 0.0 else (slow, middle)
     if math.isinf(over(fast)):  # it fails before anything comes to its limit
-        period, slower = known[slow][2], max((gap for gap in known if gap < slow), default=slow)
-        step = abs(known[slower][2] - period) / max(slow - slower, 1e-300)
-        return count / period, known[fast][1], count / period**2 * step * (fast - slow)
+        period, slower = rates[slow][2], max((gap for gap in rates if gap < slow), default=slow)
+        step = abs(rates[slower][2] - period) / max(slow - slower, 1e-300)
+        return count / period, rates[fast][1], count / period**2 * step * (fast - slow)
     limit = root(lambda gap: over(gap) if abs(over(gap)) > _RATE else 0.0, slow, fast)
-    (off, name, period), others = known[limit], [gap for gap in known if gap != limit and known[gap][2] > 0.0]
+    (off, name, period), others = rates[limit], [gap for gap in rates if gap != limit and rates[gap][2] > 0.0]
     other = min(others, key=lambda gap: abs(gap - limit))
-    steepness = abs((known[other][0] - off) / (known[other][2] - period))
+    steepness = abs((rates[other][0] - off) / (rates[other][2] - period))
     return count / period, name, count / period**2 * (abs(off) + _RATE + _ADDING * strokes.rtol) / steepness
 
 

@@ -55,14 +55,14 @@ def torque_at_rest(motor: Motor) -> float:
     (50.0, 25.0)
     """
     connections = () if motor.start is None else motor.start.connections
-    found = []
+    torques = []
     for connection in connections:
         own = Started(own=motor, connections=(connection,), times=())
         over = np.linspace(0.0, connection.ramp or connection.until.time or 0.0, _ON_A_RAMP)
-        found.append(float(own.torque_at(0.0, over).max()))
+        torques.append(float(own.torque_at(0.0, over).max()))
         if connection.until.time is None:
-            return max(found)
-    return max([*found, motor.starting_torque])
+            return max(torques)
+    return max([*torques, motor.starting_torque])
 
 
 def load_at_rest(machine: Machine, phi: Array) -> Array:
@@ -201,10 +201,10 @@ def mapped_run_up(machine: Machine, inertia: float, at: float, target: float) ->
     (True, 5.99, 5.99)
 
     """
-    found = _run_up(machine, inertia, at, target, _mesh(machine, at))
-    way = 2 * math.pi * found.turns
+    run = _run_up(machine, inertia, at, target, _mesh(machine, at))
+    way = 2 * math.pi * run.turns
     if not 0.0 < way < 0.5 * machine.scene.cycle:
-        return found
+        return run
     return _run_up(machine, inertia, at, target, _mesh(machine, at, way))
 
 
@@ -228,7 +228,7 @@ def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: ce
     assert drive is not None
     ratio = machine.scene.shafts[drive.on]
     legs = [*(() if motor.start is None else motor.start.connections), Connection(motor, Switch(time=math.inf))]
-    place, energy, clock, turned, squared, known = at, 0.0, 0.0, 0.0, 0.0, True
+    place, energy, clock, turned, squared, certain = at, 0.0, 0.0, 0.0, 0.0, True
     for k, leg in enumerate(legs):
         last = k + 1 == len(legs)
         running = Started(own=motor, connections=(leg,), times=())
@@ -239,7 +239,7 @@ def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: ce
         ends = steps.omega if steps.omega.size else np.zeros((1, 2))
         within = ratio * np.stack((ends[:, 0], ends.mean(axis=1), ends[:, 1]))
         share = running.windings_at(within, np.zeros(within.shape))
-        known = known and share is not None and motor.current_share(0.0) is not None
+        certain = certain and share is not None and motor.current_share(0.0) is not None
         if share is not None and steps.omega.size:
             squared += float(steps.lasting @ (_SIMPSON @ share**2))
         place, energy = steps.place, steps.energy
@@ -248,7 +248,7 @@ def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: ce
             break
     speed = 0.0 if steps.stop is not None or not steps.omega.size else float(steps.omega[-1, 1])
     reached = False if steps.stop is not None else steps.done
-    return RunUp(clock, float(turned), squared if known else None, target if reached else speed, reached, steps.stop)
+    return RunUp(clock, float(turned), squared if certain else None, target if reached else speed, reached, steps.stop)
 
 
 def _driven_by(machine: Machine, motor: Motor) -> Machine:
@@ -276,13 +276,13 @@ class _Map:
     def __init__(self, machine: Machine, inertia: float, fastest: float, mesh: cells.Cells) -> None:
         moments = Moments(machine, mesh, local=True)
         speeds = np.linspace(0.0, 1.02 * fastest, _SPEEDS)
-        asked = np.maximum(speeds, ONSET * machine.typical_speed)[:, None, None] + np.zeros(mesh.phi.shape)
-        states = () if moments.circuit is None else moments.circuit.steady(moments.drive_ratio * asked)
-        found = moments.rate(asked, 0.0, inertia, states).moment
+        at_speeds = np.maximum(speeds, ONSET * machine.typical_speed)[:, None, None] + np.zeros(mesh.phi.shape)
+        states = () if moments.circuit is None else moments.circuit.steady(moments.drive_ratio * at_speeds)
+        moment = moments.rate(at_speeds, 0.0, inertia, states).moment
         self.phi, self.cycle = mesh.phi.ravel(), float(mesh.edges[-1])
         self.weights = cells.node_weights(mesh)
         self.inertias = moments.inertia.ravel() + inertia
-        self.moments = found.reshape(_SPEEDS, -1).T
+        self.moments = moment.reshape(_SPEEDS, -1).T
         self.spacing = float(speeds[1])
 
     def followed(self, place: float, energy: float, level: float, lasting: float) -> _Steps:
@@ -378,17 +378,17 @@ class StartHeat(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """All figures for JSON, SI throughout."""
-        told = ("share", "share_cold", "starts", "starts_cold")
-        return {**self._asdict(), "times": list(self.times), **{name: getattr(self, name) for name in told}}
+        names = ("share", "share_cold", "starts", "starts_cold")
+        return {**self._asdict(), "times": list(self.times), **{name: getattr(self, name) for name in names}}
 
     def errors(self, before: StartHeat | None, share: float, relative: float) -> dict[str, float | None]:
         """Errors of its figures: `share` of the difference to the previous run, and a relative error of the motion."""
         names = ("time", "current_squared", "winding", "added", "stator", "share", "share_cold", "rise")
-        found: dict[str, float | None] = {}
+        errors: dict[str, float | None] = {}
         for name in names:
             now, then = getattr(self, name), None if before is None else getattr(before, name)
-            found[name] = None if now is None or then is None else share * abs(now - then) + relative * abs(now)
-        return found
+            errors[name] = None if now is None or then is None else share * abs(now - then) + relative * abs(now)
+        return errors
 
 
 def _ratio(part: float | None, whole: float | None) -> float | None:
@@ -418,14 +418,14 @@ def start_heat(trail: Trail) -> StartHeat | None:
     if not end > 0.0:
         return None  # it begins faster than that
     squared, winding, added, rise = _integrals(trail, running, end)
-    known, stator = squared is not None and own.current_share(0.0) is not None, own.rated_stator_heat
+    certain, stator = squared is not None and own.current_share(0.0) is not None, own.rated_stator_heat
     title = "direct on line" if own.start is None else own.start.title
     return StartHeat(
         title=title,
         times=running.times,
         time=min(end, float(trail.t[-1])),
         over=over,
-        current_squared=squared if known else None,
+        current_squared=squared if certain else None,
         winding=winding,
         added=added,
         stator=None if stator is None or squared is None else stator * squared,
@@ -479,7 +479,7 @@ def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
         return (np.zeros_like(returned) if share is None else share), returned
 
     times, owners = trail.within(NODES)
-    rows, found = figures(times, owners), list[Trip]()
+    rows, trips = figures(times, owners), list[Trip]()
     for k, (kind, limit) in enumerate(inverter.limits):
         beyond = np.flatnonzero(rows[k] > limit + k * _NO_POWER * float(np.abs(rows[1]).max()))
         if not beyond.size:
@@ -493,5 +493,5 @@ def inverter_trips(trail: Trail) -> tuple[Trip, ...]:
         if before < at and above(before) < 0.0:  # equal on both sides of a switch
             at = root(above, before, at)
         phi = float(trail.states(np.array([at]), owner)[0, 0])
-        found.append(Trip(kind, float(rows[k].max()), limit, phi, at))
-    return tuple(found)
+        trips.append(Trip(kind, float(rows[k].max()), limit, phi, at))
+    return tuple(trips)

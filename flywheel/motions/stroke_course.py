@@ -50,10 +50,10 @@ Side = tuple[Trail, float, float]
 """A motion of the driving side, the factor from its speed to the clutch shaft's, and its clock (s)."""
 
 
-def driving_sides(strokes: Strokes, found: Phases) -> list[Side]:
+def driving_sides(strokes: Strokes, phases: Phases) -> list[Side]:
     """The driving side over a whole period."""
-    legs = [(leg.driving, 1.0 if leg.sense else strokes.ratio, leg.clock) for leg in found.legs]
-    return [*legs, (found.recovery, 1.0, found.release_time)]
+    legs = [(leg.driving, 1.0 if leg.sense else strokes.ratio, leg.clock) for leg in phases.legs]
+    return [*legs, (phases.recovery, 1.0, phases.release_time)]
 
 
 def motor_ratio(strokes: Strokes) -> float:
@@ -83,27 +83,27 @@ def _driving_speeds(strokes: Strokes, phases: Phases, times: Array) -> Array:
 
 def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """The torque (N m) that the clutch gives to the driven side."""
-    found = np.zeros(times.size)
+    torques = np.zeros(times.size)
     for leg in phases.legs:
         mine = (times >= leg.begin) & (times < leg.end)
         on_clock = times[mine] - leg.clock
         if leg.sense:
-            found[mine] = leg.sense * torque_at(leg.torque, on_clock)
+            torques[mine] = leg.sense * torque_at(leg.torque, on_clock)
         elif mine.any():
-            found[mine] = strokes.locked_torque(leg.driven, on_clock, leg.driven.owners(on_clock))
-    return found
+            torques[mine] = strokes.locked_torque(leg.driven, on_clock, leg.driven.owners(on_clock))
+    return torques
 
 
 def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
-    brake, found = strokes.brake, np.zeros(times.size)
+    brake, torques = strokes.brake, np.zeros(times.size)
     since, released = times - phases.brake_time, times < brake.fall
     acts = (since >= 0.0) & (times <= phases.stop_time)
-    found[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
-    found[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
+    torques[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
+    torques[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
     if brake.fall > 0.0:
-        found[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
-    return found
+        torques[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
+    return torques
 
 
 class Course(NamedTuple):

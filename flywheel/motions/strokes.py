@@ -290,11 +290,11 @@ class Strokes:
         moments = self.driving.surplus(still + math.pi, Anchor(math.pi, None, None), speeds, still, still)
         falls = np.flatnonzero((moments[:-1] > 0.0) & (moments[1:] <= 0.0))
         if not falls.size:
-            found, expected = (
+            defect, expected = (
                 "a torque that is 0 at no speed, or does not fall there",
                 "one that brings the wheel to a speed",
             )
-            raise SceneError([Fault("drive", found, expected, "a motor, or an expression that falls with omega")])
+            raise SceneError([Fault("drive", defect, expected, "a motor, or an expression that falls with omega")])
         k = int(falls[-1])
         return root(moment, float(speeds[k]), float(speeds[k + 1])) / self.ratio
 
@@ -321,9 +321,9 @@ class Strokes:
         coasting, braking, brake_time, resting = self._stop(self._ends(legs[-1])[1], legs[-1].end, brake_time)
         return self._recovered(legs, coasting, braking, brake_time, resting, speed if regains else None)
 
-    def renewed(self, found: Phases) -> Phases:
+    def renewed(self, phases: Phases) -> Phases:
         """The stroke for another rate or `idle`, from this one: only the recovery differs."""
-        return self._recovered(found.legs, found.coasting, found.braking, found.brake_time, found.resting, None)
+        return self._recovered(phases.legs, phases.coasting, phases.braking, phases.brake_time, phases.resting, None)
 
     def _recovered(
         self,
@@ -338,23 +338,23 @@ class Strokes:
         release_time, stop_time = legs[-1].end, brake_time + float(braking.t[-1])
         lasting = self._period(stop_time) if regained is None else math.inf
         if lasting < stop_time:
-            found = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
+            defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
-            raise SceneError([Fault("single_stroke.rate", found, "a stroke that ends before the next begins", advice)])
+            raise SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
         start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
             lasting = _RECOVERING * stop_time
         recovery = self._run(self.driving, start, goals, lasting - release_time)
         if regained is not None and (recovery.goal != "speed" or not recovery.stretches):
-            found = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
-            raise SceneError([Fault("drive", found, "a motor that does", "a stronger motor")])
+            defect = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
+            raise SceneError([Fault("drive", defect, "a motor that does", "a stronger motor")])
         if regained is not None:
             lasting = release_time + float(recovery.t[-1])
         elif recovery.goal is not None or recovery.stuck is not None:
-            found = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
+            defect = f"a driving side that comes to rest {release_time + recovery.t[-1]:.4g} s after the clutch engaged"
             expected = "a motor that brings the flywheel back to its speed"
-            raise SceneError([Fault("drive", found, expected, "a stronger motor")])
+            raise SceneError([Fault("drive", defect, expected, "a stronger motor")])
         return Phases(legs, coasting, braking, recovery, release_time, brake_time, stop_time, lasting, resting)
 
     def _period(self, stop_time: float) -> float:
@@ -453,8 +453,8 @@ class Strokes:
                 driven = until_time(driven, root(gap, float(times[widest]), float(times[-1])))
         return until_time(driving, float(driven.t[-1])), driven
 
-    def _fault(self, found: str, advice: str = "a larger torque, or less inertia on the driven side") -> Fault:
-        return Fault(f"shafts.{self.clutch.on}.clutch", found, "a clutch that takes the crank along", advice)
+    def _fault(self, defect: str, advice: str = "a larger torque, or less inertia on the driven side") -> Fault:
+        return Fault(f"shafts.{self.clutch.on}.clutch", defect, "a clutch that takes the crank along", advice)
 
     def _check_slip(self, leg: Leg, before: list[Leg], rest: float, touch: float | None) -> None:
         """Refuses a slip that ends neither by locking nor by release."""
@@ -465,38 +465,38 @@ class Strokes:
             return
         where, when = _at(phi), leg.end
         if leg.torque.falls and touch is None:
-            found = (
+            defect = (
                 f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
                 "while that still passes torque"
             )
-            raise SceneError([self._fault(found, "a later engage of the brake, or a shorter hold and fall of the clutch")])
+            raise SceneError([self._fault(defect, "a later engage of the brake, or a shorter hold and fall of the clutch")])
         if any(each.sense == 0 for each in before):
-            found = (
+            defect = (
                 f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
                 f"which slips again from {_at(leg.driven.start.phi)} on"
             )
-            raise SceneError([self._fault(found, "a larger torque, less work, or more inertia on the driven side")])
+            raise SceneError([self._fault(defect, "a larger torque, less work, or more inertia on the driven side")])
         if goal == "back" and phi > rest:
-            found = f"a crank that turns back at {where}, {when:.4g} s after the clutch of {torque} engaged"
+            defect = f"a crank that turns back at {where}, {when:.4g} s after the clutch of {torque} engaged"
             advice = "a larger torque, or less load on the way"
         elif goal == "back":
-            found = (
+            defect = (
                 f"a crank that falls back by half a turn from {_at(rest)}, {when:.4g} s after the clutch of {torque} engaged"
             )
             advice = "a clutch torque that is there sooner, a brake that is released later, or a counterbalance"
         elif goal == "release":
-            found = (
+            defect = (
                 f"a clutch of {torque} that never locks: at its release at {where}, after {when:.4g} s, "
                 f"{self.clutch.on} turns at {side * _RPM:.4g} rpm "
                 f"and the crank as if it turned at {self.ratio * omega * _RPM:.4g} rpm"
             )
             advice = "a larger torque, a shorter rise, less inertia on the driven side, or a later release"
         elif not moves:
-            found = f"a clutch of {torque} that does not move the crank from {where} ({when:.4g} s)"
+            defect = f"a clutch of {torque} that does not move the crank from {where} ({when:.4g} s)"
             advice = "a larger torque, or less load on the way"
         else:
             raise SceneError([self._fault(f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}")])
-        raise SceneError([self._fault(found, advice)])
+        raise SceneError([self._fault(defect, advice)])
 
     def _hold(self, whole: Dynamics, crank: Start, acting: Acting, clock: float) -> Trail:
         """The whole machine with its clutch locked, until it slips or something else ends it."""
@@ -508,12 +508,12 @@ class Strokes:
             return until_time(locked, slips[0])._replace(goal=slips[1], stuck=None)
         if locked.goal in (None, "stall") and (locked.goal or locked.t[-1] < until or until == longest):
             (phi, omega), when = _last(locked), clock + float(locked.t[-1])
-            found = f"a machine that stalls at {_at(phi)}, {when:.4g} s after the clutch engaged"
+            defect = f"a machine that stalls at {_at(phi)}, {when:.4g} s after the clutch engaged"
             if locked.stuck is None and locked.goal is None:
-                found = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {when:.4g} s on"
+                defect = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {when:.4g} s on"
             advice = "a larger flywheel, a stronger motor, or more time between strokes"
             expected = "a flywheel that carries the crank through the work"
-            raise SceneError([Fault("flywheel.inertia", found, expected, advice)])
+            raise SceneError([Fault("flywheel.inertia", defect, expected, advice)])
         return locked
 
     def _slips(self, locked: Trail, clutch: Ramp) -> tuple[float, str] | None:
@@ -545,14 +545,14 @@ class Strokes:
 
     def locked_torque(self, locked: Trail, times: Array, owners: Index) -> Array:
         """The torque (N m) of the locked clutch at times (s): what the driving side does not need for itself."""
-        found = np.zeros(times.size)
+        torques = np.zeros(times.size)
         for portion, states, here in locked.along(times, owners):
             alpha = locked.dynamics.at_many(*here).acceleration
             at = np.full(alpha.size, math.pi)
-            found[portion] = self.driving.surplus(
+            torques[portion] = self.driving.surplus(
                 at, Anchor(math.pi, None, None), self.ratio * states[1], 0.0 * at, self.ratio * alpha
             )
-        return found
+        return torques
 
     def greatest_passed(self, locked: Trail) -> float:
         """The greatest torque (N m), in size, that the locked clutch passes along a motion."""
@@ -571,20 +571,20 @@ class Strokes:
             coasting = self._run(self.driven, Start(*begin), goals)
             begin, time = _last(coasting), time + float(coasting.t[-1])
             if coasting.goal != "brake":
-                found = f"a crank that comes to rest by itself at {_at(begin[0])}, {time:.4g} s after the clutch engaged"
+                defect = f"a crank that comes to rest by itself at {_at(begin[0])}, {time:.4g} s after the clutch engaged"
                 advice = "release the clutch later, or put the brake on sooner"
                 expected = f"one that comes to the brake at {_at(self.brakes_at)}"
-                raise SceneError([Fault(f"shafts.{self.clutch.on}.clutch.disengage", found, expected, advice)])
+                raise SceneError([Fault(f"shafts.{self.clutch.on}.clutch.disengage", defect, expected, advice)])
         brake_time = time if brake_time is None else brake_time
         braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
-        held = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
-        brake, moment = self.brake.torque, held.moment
-        if abs(moment) > brake * self.scene.shafts[self.brake.on] + held.friction:
-            found = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
+        stiction = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
+        brake, moment = self.brake.torque, stiction.moment
+        if abs(moment) > brake * self.scene.shafts[self.brake.on] + stiction.friction:
+            defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
             advice = "a larger torque, a counterbalance, or another stop_at"
-            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that holds the crank at rest", advice)])
-        return coasting, braking, brake_time, held.moment
+            raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that holds the crank at rest", advice)])
+        return coasting, braking, brake_time, stiction.moment
 
     def inching(self, touch: float) -> float:
         """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), with the driving side idling before.
@@ -602,8 +602,8 @@ class Strokes:
         if braking.goal != "stop":
             left = _last(braking)[1] * _RPM
             brake = self.brake.torque
-            found = f"a brake of {brake:.5g} N m that leaves the crank at {left:.4g} rpm after a turn from {_at(phi)}"
-            raise SceneError([Fault(f"{BRAKE}.torque", found, "one that stops the crank", "a larger torque")])
+            defect = f"a brake of {brake:.5g} N m that leaves the crank at {left:.4g} rpm after a turn from {_at(phi)}"
+            raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that stops the crank", "a larger torque")])
         return braking
 
 
@@ -632,19 +632,19 @@ def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float
     return float(finer.place[best]), float(finer.value[best])
 
 
-def periodic(strokes: Strokes, guess: Phases | None = None, known: Phases | None = None) -> Phases:
+def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | None = None) -> Phases:
     """The periodic stroke: it ends with the speed of the driving side and the resting angle of the crank at its start.
 
     Args:
         strokes: of the machine.
         guess: a stroke of a similar machine; from the motor's no-load speed and `stop_at` if None.
-        known: the stroke of the machine itself from where the guess begins, if it is known.
+        earlier: the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
 
     Raises:
         SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke is periodic.
 
     """
-    return _returning(strokes, guess, known, None)[1]
+    return _returning(strokes, guess, earlier, None)[1]
 
 
 def fitted(
@@ -652,7 +652,7 @@ def fitted(
     guess: Phases | None,
     excess: Callable[[Strokes, Phases], float],
     closest: float,
-    known: Phases | None = None,
+    earlier: Phases | None = None,
 ) -> tuple[Strokes, Phases]:
     """The machine with the flywheel at which an excess is 0, and its periodic stroke, from a neighbouring one.
 
@@ -661,19 +661,19 @@ def fitted(
         guess: as for `periodic`.
         excess: relative, of a machine and its stroke; solved to within `closest`.
         closest: of the excess.
-        known: the stroke of the machine itself from where the guess begins, if it is known.
+        earlier: the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
 
     Raises:
         SceneError: as `periodic`.
 
     """
-    return _returning(strokes, guess, known, excess, closest)
+    return _returning(strokes, guess, earlier, excess, closest)
 
 
 def _returning(
     strokes: Strokes,
     guess: Phases | None,
-    known: Phases | None,
+    earlier: Phases | None,
     excess: Callable[[Strokes, Phases], float] | None,
     closest: float = 1.0,
 ) -> tuple[Strokes, Phases]:
@@ -684,14 +684,14 @@ def _returning(
     """
     turns, enough = strokes.plan.continuous * TURN, _ENOUGH * strokes.rtol
 
-    def image_of(tried: Strokes, found: Phases) -> Array:
-        kept = [] if excess is None else [tried.inertia * (1.0 + excess(tried, found))]
-        return np.array([found.speed, found.rest - turns, *kept])
+    def image_of(tried: Strokes, phases: Phases) -> Array:
+        kept = [] if excess is None else [tried.inertia * (1.0 + excess(tried, phases))]
+        return np.array([phases.speed, phases.rest - turns, *kept])
 
     def after(begin: Array) -> tuple[Array, Strokes, Phases]:
         tried = strokes if excess is None else Strokes(strokes.scene, float(begin[2]), strokes.rtol, strokes)
-        found = tried.stroke(float(begin[0]), float(begin[1]))
-        return image_of(tried, found), tried, found
+        phases = tried.stroke(float(begin[0]), float(begin[1]))
+        return image_of(tried, phases), tried, phases
 
     own = [] if excess is None else [strokes.inertia]
     state: Array = np.array([_BELOW_IDLE * strokes.typical * strokes.ratio, strokes.plan.stop_at, *own])
@@ -707,7 +707,8 @@ def _returning(
     last: Array | None = None
     for step in range(_MOST_STEPS):
         try:
-            image, tried, found = after(state) if step or known is None else (image_of(strokes, known), strokes, known)
+            first = earlier if step == 0 else None
+            image, tried, phases = after(state) if first is None else (image_of(strokes, first), strokes, first)
         except SceneError:
             if not 0 < tries < _HALVINGS:
                 raise
@@ -720,7 +721,7 @@ def _returning(
             break
         # never the guess itself, which another tolerance may have found; beside it, what returns within a step's tolerance
         if step and off <= (enough if guess is None or step > 1 else strokes.rtol):
-            return tried, found._replace(slopes=slopes)
+            return tried, phases._replace(slopes=slopes)
         if slopes is None or (off > _SLOW * before and last is None):
             moves = np.diag([_DIFFERENCE * state[0], _TURN_STEP, *(_DIFFERENCE * inertia for inertia in own)])
             slopes = np.array([(image - after(state - move)[0]) / move.sum() for move in moves]).T
@@ -734,9 +735,9 @@ def _returning(
         longest = 0.5 * np.delete(state, 1) / np.maximum(np.abs(np.delete(change, 1)), 1e-300)
         change = change * min(1.0, float(longest.min()))
         state, before, tries = state + change, off, 1
-    found_text = "no stroke after which the driving side has the speed that it began with"
+    defect = "no stroke after which the driving side has the speed that it began with"
     advice = "a motor whose torque falls with speed, with power enough for this rate"
-    raise SceneError([Fault("single_stroke", found_text, "a rate that the drive can keep", advice)])
+    raise SceneError([Fault("single_stroke", defect, "a rate that the drive can keep", advice)])
 
 
 def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
@@ -751,12 +752,12 @@ def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
     turns, rest = strokes.plan.continuous * TURN, guess.begin[1]
     slope = 0.0 if guess.slopes is None else float(guess.slopes[1, 1])
     for _ in range(_MOST_STEPS):
-        found = strokes.stroke(speed, rest, regains=True)
-        off = found.rest - turns - rest
+        phases = strokes.stroke(speed, rest, regains=True)
+        off = phases.rest - turns - rest
         if abs(off) <= _ENOUGH * strokes.rtol * TURN:
             break
         rest += off / (1.0 - slope)
-    return found._replace(slopes=guess.slopes)
+    return phases._replace(slopes=guess.slopes)
 
 
 def beyond(scene: Scene, shaft: str) -> list[str]:
@@ -840,8 +841,8 @@ def check(scene: Scene) -> None:
     clutch, faults = plan.clutch, list[Fault]()
     mine = set(beyond(scene, clutch.on))
 
-    def add(path: str, found: str, expected: str, advice: str = "") -> None:
-        faults.append(Fault(path, found, expected, advice))
+    def add(path: str, defect: str, expected: str, advice: str = "") -> None:
+        faults.append(Fault(path, defect, expected, advice))
 
     if abs(scene.cycle - TURN) > 1e-9:
         add("regime.cycle", f"a cycle of {math.degrees(scene.cycle):.6g} deg", "one turn of the crank, which is a stroke")
@@ -849,8 +850,8 @@ def check(scene: Scene) -> None:
         on = "no drive" if scene.drive is None else f"a drive on {scene.drive.on}"
         add("drive.on", on, f"one on {clutch.on} or beyond it, before the clutch")
     if scene.has_flywheel and scene.flywheel_on not in mine:
-        found = f"a flywheel on {scene.flywheel_on}, behind the clutch"
-        add("flywheel.on", found, f"one on {clutch.on} or beyond it, which runs on between strokes")
+        defect = f"a flywheel on {scene.flywheel_on}, behind the clutch"
+        add("flywheel.on", defect, f"one on {clutch.on} or beyond it, which runs on between strokes")
     if scene.unknown is not None:
         add(
             "drive.torque" if scene.unknown == "drive" else f"parameters.{scene.unknown}", '"balance"', "a value, or a motor"
@@ -860,8 +861,8 @@ def check(scene: Scene) -> None:
     if scene.motor is not None and scene.motor.circuit is not None:
         add("drive.motor", "a motor with states of its own", "one by its torque over speed", "leave those out")
     if "current_pulsation" in scene.limits:
-        found = "a limit on the pulsation of the current together with [single_stroke]"
-        add("flywheel.limits.current_pulsation", found, "limits of torque, heat and irregularity", "leave it out")
+        defect = "a limit on the pulsation of the current together with [single_stroke]"
+        add("flywheel.limits.current_pulsation", defect, "limits of torque, heat and irregularity", "leave it out")
     if scene.wheel is not None:
         add(
             "flywheel.shape",
@@ -893,7 +894,7 @@ def check(scene: Scene) -> None:
     if (clutch.disengage - plan.brake.engage) % TURN != 0.0:
         first, then = ((angle - plan.stop_at) % TURN or TURN for angle in (clutch.disengage, plan.brake.engage))
         if then < first:
-            found = f"a brake put on at {math.degrees(plan.brake.engage):.4g} deg, before the clutch lets go"
-            add(f"{BRAKE}.engage", found, f"at {math.degrees(clutch.disengage):.4g} deg or later")
+            defect = f"a brake put on at {math.degrees(plan.brake.engage):.4g} deg, before the clutch lets go"
+            add(f"{BRAKE}.engage", defect, f"at {math.degrees(clutch.disengage):.4g} deg or later")
     if faults:
         raise SceneError(faults)

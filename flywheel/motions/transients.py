@@ -110,21 +110,21 @@ def until(text: str) -> Until:
         return Until("regime")
     if word == "stop":
         return Until("stop")
-    found = None
+    goal = None
     with suppress(ValueError):
         if match := _TURNS.fullmatch(text):
-            found = Until("way", float(match[1]) * TURN, False)
+            goal = Until("way", float(match[1]) * TURN, False)
         elif match := _SHARE.fullmatch(text):
-            found = Until("share", float(match[1]) / 100)
+            goal = Until("share", float(match[1]) / 100)
     try:
         float(text)  # a number without a unit could be anything
     except ValueError:
         for kind, dimension, sliding in _DIMENSIONS:
             with suppress(QuantityError):
-                found = found or Until(kind, parse_quantity(text, dimension), sliding)
-    if found is None or not 0.0 < found.value < float("inf"):
+                goal = goal or Until(kind, parse_quantity(text, dimension), sliding)
+    if goal is None or not 0.0 < goal.value < float("inf"):
         raise SceneError([Fault("until", show(text), _EXPECTED)])
-    return found
+    return goal
 
 
 # -- the motion -------------------------------------------------------------------------------------------------------
@@ -192,23 +192,23 @@ def transient(
         end = "regime" if drive and machine.scene.stroke is None else "stop"
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
-    asked = goal.kind in ("regime", "share") or start == "regime" or (machine.scene.unknown is not None and balance is None)
+    sized = goal.kind in ("regime", "share") or start == "regime" or (machine.scene.unknown is not None and balance is None)
     circuit = circuit_of(machine.scene)
     dear = machine.has_joint_friction or (circuit is not None and len(circuit.names) > 1)
-    setting = _setting(machine, drive, inertia, balance, asked or not dear)
+    setting = _setting(machine, drive, inertia, balance, sized or not dear)
     if goal.kind == "stop" and machine.has_joint_friction and not _is_pressed(setting.machine):
-        found = (
+        defect = (
             "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
         )
-        raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
+        raise SceneError([Fault("until", defect, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
     goes_on = goal.kind == "time"  # through rests, back and forth
     starting = None if setting.motor is None or start == "regime" else setting.motor.start
     if starting is not None:
         setting = setting.started(())
     begin = _start(setting, start, at, goes_on)
-    held = ""
+    obstacle = ""
     if starting is not None:
-        setting, held = _switched(setting, begin, goal, rtol, watching)
+        setting, obstacle = _switched(setting, begin, goal, rtol, watching)
     goals, limit = _goals(setting, begin, goal)
     motion = motion_from(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
     trail = motion.trail
@@ -226,8 +226,8 @@ def transient(
         rest = next((k for k, stretch in enumerate(trail.stretches) if stretch.anchor.direction), len(trail.stretches))
         messages.append(f"held at rest by {friction_of(setting.machine)} for {trail.t[rest]:.6g} s")
     messages += _reversal(setting, trail, goes_on)
-    if held:
-        messages.append(held)
+    if obstacle:
+        messages.append(obstacle)
     messages += trip_messages(inverter_trips(trail), ramped=True)
     expected = scene.has_flywheel or goal.kind == "regime"
     if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
@@ -276,8 +276,8 @@ def run_down(
     rtol: float = 1e-9,
 ) -> Transient:
     """A machine with its drive off, from its regime to its stop, or to another end; as `transient` with `drive=False`."""
-    given: Any = {"at": at, "inertia": inertia, "balance": balance, "rtol": rtol}
-    return transient(machine, start=start, end=end, drive=False, **given)
+    options: Any = {"at": at, "inertia": inertia, "balance": balance, "rtol": rtol}
+    return transient(machine, start=start, end=end, drive=False, **options)
 
 
 def _reversal(setting: TransientSetting, trail: Trail, goes_on: bool) -> list[str]:
@@ -309,22 +309,22 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
         faults.append(Fault("rtol", f"{rtol}", "a number from 1e-13 to 0.1"))
     if not 0.0 < goal.value < np.inf and goal.kind not in ("regime", "stop"):
         faults.append(Fault("until", f"{goal.value}", "a finite number above 0"))
-    wanted = [goal.kind in ("regime", "share"), start == "regime"]
-    if scene.stroke is not None and any(wanted):
-        faults.append(Fault("until" if wanted[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
+    demands = [goal.kind in ("regime", "share"), start == "regime"]
+    if scene.stroke is not None and any(demands):
+        faults.append(Fault("until" if demands[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
     if goal.sliding is not None and goal.sliding != (scene.sliding):
-        given = "a way" if goal.kind == "way" else "a speed"
-        found = f"{given} of a driver that turns, where it slides"
+        kind = "a way" if goal.kind == "way" else "a speed"
+        defect = f"{kind} of a driver that turns, where it slides"
         if goal.sliding:
-            found = f"{given} of a driver that slides, where it turns"
-        faults.append(Fault("until", found, _EXAMPLES[goal.kind, not goal.sliding]))
+            defect = f"{kind} of a driver that slides, where it turns"
+        faults.append(Fault("until", defect, _EXAMPLES[goal.kind, not goal.sliding]))
     if goal.kind == "regime" and _is_driven_freely(scene):
-        found = f"a regime, although no torque fixes the speed of this machine: {_FREELY}"
+        defect = f"a regime, although no torque fixes the speed of this machine: {_FREELY}"
         expected = 'a way, a speed or a time, such as --until "2 turns", "90 deg", "20 rad/s" or "5 s"'
-        faults.append(Fault("until", found, expected))
+        faults.append(Fault("until", defect, expected))
     elif goal.kind == "regime" and machine.depends_on_time:
-        found = "a regime of a machine whose loads or drive depend on time"
-        faults.append(Fault("until", found, "a time, a way or a speed", 'such as --until "5 s"'))
+        defect = "a regime of a machine whose loads or drive depend on time"
+        faults.append(Fault("until", defect, "a time, a way or a speed", 'such as --until "5 s"'))
     if isinstance(start, str) and start not in ("rest", "regime"):
         faults.append(Fault("from", f'"{start}"', '"rest", "regime", or a speed'))
     elif not isinstance(start, str) and not 0.0 <= start < np.inf:
@@ -383,8 +383,8 @@ class TransientSetting(NamedTuple):
         assert motor is not None
         assert motor.start is not None
         assert scene.drive is not None
-        found = Started.of(motor, motor.start, times)
-        machine = Machine(replace(scene, drive=scene.drive._replace(law=found.law()), motor=found))
+        start = Started.of(motor, motor.start, times)
+        machine = Machine(replace(scene, drive=scene.drive._replace(law=start.law()), motor=start))
         return self._replace(machine=machine, dynamics=dynamics_of(machine, self.dynamics.inertia, self.dynamics.balance))
 
     def target(self, goal: Until) -> float:
@@ -407,11 +407,11 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
             inertia, inertia_error = sizing.flywheel.exact or 0.0, sizing.error.exact or 0.0
         except SceneError as error:
             why = "; ".join(map(str, error.faults))
-            found = f"an irregularity, to which no flywheel can be sized ({why})"
+            defect = f"an irregularity, to which no flywheel can be sized ({why})"
             if scene.limits:
-                found = f"limits, for which no flywheel can be sized ({why})"
+                defect = f"limits, for which no flywheel can be sized ({why})"
             advice = 'give its inertia: --flywheel "0.3 kg m^2" (in Python inertia=0.3)'
-            raise SceneError([Fault("flywheel", found, "a flywheel to follow the machine with", advice)]) from error
+            raise SceneError([Fault("flywheel", defect, "a flywheel to follow the machine with", advice)]) from error
     regime, no_regime = None, ""
     if scene.stroke is not None:
         no_regime = "a stroke has no regime"
@@ -433,8 +433,8 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         balance, balance_error = regime.sizing.balance.value, regime.sizing.balance.error
     elif balance is None:
         if machine.depends_on_speed or machine.depends_on_time:
-            found = '"balance" with torques that depend on speed or time, and without a regime to balance'
-            raise SceneError([Fault("balance", found, "a value", "give the unknown its value")])
+            defect = '"balance" with torques that depend on speed or time, and without a regime to balance'
+            raise SceneError([Fault("balance", defect, "a value", "give the unknown its value")])
         cycle = turning_moment.balanced(machine_of(machine))
         balance, balance_error = cycle.balance or 0.0, cycle.balance_error
     if not drive:
@@ -510,21 +510,21 @@ def _start(setting: TransientSetting, start: float | str, at: float | None, goes
     share = f"{effort} = {moment:.6g} {unit}, which holds it or turns it back"
     if balanced:
         share = f"{effort} = 0 {unit}, so that nothing moves it"
-    found = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
+    defect = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
     advice = (
         "start at another angle" if balanced else "the drive stalls there: start at another angle, or with a larger drive"
     )
-    raise SceneError([_unmoved(scene, found, advice)])
+    raise SceneError([_unmoved(scene, defect, advice)])
 
 
-def _unmoved(scene: Scene, found: str, advice: str) -> Fault:
+def _unmoved(scene: Scene, defect: str, advice: str) -> Fault:
     """The fault of a machine that no moment starts."""
     if scene.drive is None:
         speed = "0.1 m/s" if scene.sliding else "200 rpm"
         advice = f'nothing drives it: start at a speed, --from regime, or --from "{speed}"'
         if scene.stroke is not None or _is_driven_freely(scene):
             advice = f'nothing drives it: start at a speed, --from "{speed}"'
-    return Fault("from", found, "a moment that sets it going", advice)
+    return Fault("from", defect, "a moment that sets it going", advice)
 
 
 def _own_states(setting: TransientSetting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
@@ -545,23 +545,23 @@ def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start
     least = _BALANCED * max(abs(forwards), abs(backwards))
     if forwards > least or (goes_on and backwards < -least):
         return begin
-    where, held = machine.where(phi), friction_of(machine)
+    where, friction = machine.where(phi), friction_of(machine)
     if backwards < -least:
-        found = f"a machine that moves backwards: at {where} it is at rest, and {held} does not hold it"
+        defect = f"a machine that moves backwards: at {where} it is at rest, and {friction} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
-        found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
+        defect = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
         advice = "a larger drive, less friction, or a start at a speed"
-    raise SceneError([_unmoved(machine.scene, found, advice)])
+    raise SceneError([_unmoved(machine.scene, defect, advice)])
 
 
 def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
     """The fault of a machine that dry friction holds at rest to the end of the time followed."""
     machine, last = setting.machine, trail.ends()[:, -1]
     phi = within(machine, float(last[0]))
-    held = held_by(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
-    found = f"a machine that does not start within {trail.t[-1]:.6g} s: at rest at {machine.where(phi)} {held}"
-    return _unmoved(machine.scene, found, "a larger drive, less friction, or a start at a speed")
+    cause = held_by(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
+    defect = f"a machine that does not start within {trail.t[-1]:.6g} s: at rest at {machine.where(phi)} {cause}"
+    return _unmoved(machine.scene, defect, "a larger drive, less friction, or a start at a speed")
 
 
 def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
@@ -572,20 +572,20 @@ def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[G
     if goal.kind == "time":
         return [], goal.value
     machine, slow = setting.machine, _CREEPING * begin.omega
-    found = [straight("stop", 1, -slow, 1.0)]
+    events = [straight("stop", 1, -slow, 1.0)]
     if begin.omega == 0.0 and (machine.depends_on_time or setting.dynamics.circuit is not None):
-        found = [
+        events = [
             Goal("stop", lambda t, phi, omega: np.where(phi > begin.phi, omega, 1.0)),
             straight("back", 0, machine.scene.cycle - begin.phi, 1.0),
         ]
     way = goal.value if goal.kind == "way" else MOST_CYCLES * machine.scene.cycle
-    found.append(straight("way" if goal.kind == "way" else "limit", 0, begin.phi + way, -1.0))
+    events.append(straight("way" if goal.kind == "way" else "limit", 0, begin.phi + way, -1.0))
     if goal.kind in ("speed", "share"):
         target = setting.target(goal)
         sense = 1.0 if target > begin.omega else -1.0
-        found.append(straight(goal.kind, 1, sense * target, -sense))
+        events.append(straight(goal.kind, 1, sense * target, -sense))
     speed = max(machine.typical_speed, begin.omega) if setting.regime is None else setting.regime.speed
-    return found, _MOST_TIME * MOST_CYCLES * machine.scene.cycle / speed
+    return events, _MOST_TIME * MOST_CYCLES * machine.scene.cycle / speed
 
 
 def _settling(setting: TransientSetting, goal: Until, rtol: float) -> Passing | None:
@@ -666,8 +666,8 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     if trail.goal == "settled":
         return "limit", f"settled to its regime without reaching {speed(setting.target(goal))}: {speed(omega)} {at}"
     if trail.goal == "limit" or (trail.goal is None and goal.kind != "time"):
-        wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "its end")
-        return "limit", f"did not reach {wanted} within {turns:.6g} turns and {last:.6g} s"
+        end = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "its end")
+        return "limit", f"did not reach {end} within {turns:.6g} turns and {last:.6g} s"
     if trail.goal == "steady":
         return "limit", f"does not slow down to a stop: {omega:.6g} {unit} {at}, as a cycle before"
     if trail.goal == "regime":
@@ -758,14 +758,14 @@ def of_samples(transient: Transient, points: int) -> dict[str, float | None]:
     rough = _rough(motion)
     times = np.linspace(0.0, min(motion.trail.t[-1], rough.t[-1]), points)
     fine, before = sampled(motion.trail, times), sampled(rough, times)
-    found: dict[str, float | None] = {"t": ROUNDING * float(times[-1])}
+    errors: dict[str, float | None] = {"t": ROUNDING * float(times[-1])}
     columns = zip(Samples._fields[1:-1], fine[1:-1], before[1:-1], strict=True)
     own = ((name, row, (before.states or {})[name]) for name, row in (fine.states or {}).items())
     for name, now, then in (*columns, *own):
-        found[name] = None
+        errors[name] = None
         if now is not None and then is not None:
-            found[name] = motion.share * float(np.abs(now - then).max()) + 2 * motion.error * float(np.abs(now).max())
-    return found
+            errors[name] = motion.share * float(np.abs(now - then).max()) + 2 * motion.error * float(np.abs(now).max())
+    return errors
 
 
 def _rough(motion: Motion) -> Trail:

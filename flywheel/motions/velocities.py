@@ -201,9 +201,9 @@ def velocity(poses: Poses, body: str, at: Point | tuple[float, float], centre: I
     turned = centre.rate * np.stack((-arm[1], arm[0]))
     translation = poses.point(body, Point("origin")).rate
     kinds = np.broadcast_to(centre.kind, turned.shape)
-    found = np.where(kinds == FINITE, turned, np.where(kinds == INFINITE, translation, 0.0))
-    off = np.abs(centre.rate) * np.nan_to_num(centre.error) + _ROUNDINGS * ROUNDING * np.hypot(*found)
-    return found, off
+    velocities = np.where(kinds == FINITE, turned, np.where(kinds == INFINITE, translation, 0.0))
+    off = np.abs(centre.rate) * np.nan_to_num(centre.error) + _ROUNDINGS * ROUNDING * np.hypot(*velocities)
+    return velocities, off
 
 
 Array = NDArray[np.float64]
@@ -271,20 +271,20 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
     """
     scene = scene_of(machine)
     arguments.require("scene", scene, Scene, "a Scene, or a Machine")
-    wanted = np.atleast_1d(arguments.array("q", q)).ravel()
-    if not wanted.size:
+    positions = np.atleast_1d(arguments.array("q", q)).ravel()
+    if not positions.size:
         raise SceneError([Fault("q", "no position", "one at least")])
-    given = None if speed is None else arguments.array("speed", speed).ravel()
-    if given is not None and given.size not in (1, wanted.size):
-        raise SceneError([Fault("speed", f"{given.size} speeds", f"one, or {wanted.size} as there are positions")])
-    rate = np.ones(wanted.size) if given is None else np.broadcast_to(given, wanted.shape)
+    rates = None if speed is None else arguments.array("speed", speed).ravel()
+    if rates is not None and rates.size not in (1, positions.size):
+        raise SceneError([Fault("speed", f"{rates.size} speeds", f"one, or {positions.size} as there are positions")])
+    rate = np.ones(positions.size) if rates is None else np.broadcast_to(rates, positions.shape)
     jointed = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
     if not jointed:
         bare = ", ".join(mechanism.type for mechanism in scene.mechanisms) or "no mechanism"
         raise SceneError([Fault("mechanism", bare, "a mechanism with bodies, which have instant centres")])
-    own = state.own_coordinate(scene, wanted)
+    own = state.own_coordinate(scene, positions)
     aside = [state.beside(own, np.full_like(own, 0.5 * scene.cycle), scene.cycle, share) for share in (1.0, 0.4)]
-    found = {}
+    centres = {}
     for mechanism in jointed:
         ratio = scene.shafts[mechanism.shaft]
         others = []
@@ -293,8 +293,9 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
                 others.append(poses_of(other[0], ratio * at + mechanism.phase))
             except SceneError:  # at the very limit of what can be assembled
                 others.append(poses_of(mechanism, ratio * at + mechanism.phase))
-        found[mechanism.name] = _centres(mechanism, poses_of(mechanism, ratio * own + mechanism.phase), others, ratio * rate)
-    return InstantCentres(scene, wanted, None if given is None else rate, found)
+        poses = poses_of(mechanism, ratio * own + mechanism.phase)
+        centres[mechanism.name] = _centres(mechanism, poses, others, ratio * rate)
+    return InstantCentres(scene, positions, None if rates is None else rate, centres)
 
 
 def _centres(mechanism: Mechanism, poses: Poses, others: list[Poses], rate: Array) -> Centres:

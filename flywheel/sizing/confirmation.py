@@ -234,13 +234,13 @@ def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dic
         return sum(works) / (steps[-1].end - steps[0].start)
 
     def extremes(law: Callable[[Array, Array], Array]) -> tuple[float, float]:
-        found: list[float] = []
+        extremes_so_far: list[float] = []
         for step in steps:
             values = along(step, law, _SAMPLES)
             roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
             inside = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)]
-            found += [*values.tolist(), *along(step, law, inside).tolist()]
-        return min(found), max(found)
+            extremes_so_far += [*values.tolist(), *along(step, law, inside).tolist()]
+        return min(extremes_so_far), max(extremes_so_far)
 
     figures: dict[str, Callable[[], float]] = {
         "motor_torque": lambda: max(map(abs, extremes(torque))) / rated.torque,

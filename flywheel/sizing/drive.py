@@ -106,19 +106,19 @@ def engine(sizing: Sizing) -> EngineCycle | None:
     taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
     brake = taken if taken > error else None
     pistons: dict[Any, float] = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle
-    known = all(load.piston is not None for load in gas)
-    for load in gas if known else ():
+    complete = all(load.piston is not None for load in gas)
+    for load in gas if complete else ():
         name, _, port = load.on.rpartition(".")
         mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
         try:
             ends = ends_of(mechanism, port, machine.scene.parameters)
         except SceneError:  # a port whose turning points cannot be told
-            known = False
+            complete = False
             break
         times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every
         space = load.path if load.model else ""  # the model's own; loads with a bore on one port share the cylinder
         pistons[load.on, space] = (load.piston or 0.0) * (ends.high - ends.low) * round(times)
-    volume = sum(pistons.values()) if known else None
+    volume = sum(pistons.values()) if complete else None
     cycles = sizing.speed / machine.scene.cycle  # a second
     return EngineCycle(
         indicated_work=indicated,

@@ -382,11 +382,11 @@ def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = No
     if scene.motor is None:
         raise SceneError([Fault(path, "starts of a drive that is no motor", "a motor", "leave starts out")])
     try:
-        given = analysed(scene, inertia)
+        analysis = analysed(scene, inertia)
         if change is None:
-            run = flywheel.run_up(given)
+            run = flywheel.run_up(analysis)
         else:
-            running = replace(given, motor=replace(scene.motor, start=None))
+            running = replace(analysis, motor=replace(scene.motor, start=None))
             run = flywheel.transient(running, start=change[0], at=0.0, end=change[1], rtol=_CHANGES)
     except SceneError as error:
         raise SceneError([fault._replace(path=f"{path}: {fault.path}") for fault in error.faults]) from None
@@ -506,8 +506,8 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     scales["rms_torque_share"] = 0.0 if rated is None else exchanged / ratio / rated.torque
     scales |= {"heat": 0.0, "heat_share": 0.0, "current_rms": 0.0}
     own = {"heat": off, "heat_share": off, "current_rms": energy.errors.get("current_rms", off)}
-    known = {name: value for name, value in values.items() if value is not None}
-    return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in known.items()}
+    figures = {name: value for name, value in values.items() if value is not None}
+    return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in figures.items()}
 
 
 def _with_starts(

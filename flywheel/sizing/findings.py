@@ -446,8 +446,8 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
 def speed_error(sizing: Sizing) -> float | None:
     """Relative error of the mean of extremes."""
     if sizing.constant is None or sizing.scene.unknown is not None:
-        given = sizing.scene.speed
-        return _READ + (0.0 if given is None else abs(sizing.speed / given - 1.0))
+        setting = sizing.scene.speed
+        return _READ + (0.0 if setting is None else abs(sizing.speed / setting - 1.0))
     return None if sizing.cyclic is None else sizing.cyclic.level_error + _READ
 
 

@@ -302,8 +302,8 @@ class Search:
         if before.motions and after.motions:
             return (yield from self._crossing(name, limit, before, after))
         states = before.state(name, limit), after.state(name, limit)
-        known = after if states[0] is LimitState.UNKNOWN or (after.motions and LimitState.UNKNOWN not in states) else before
-        return known.inertia, (after.inertia - before.inertia) / max(known.inertia, 1e-300)
+        side = after if states[0] is LimitState.UNKNOWN or (after.motions and LimitState.UNKNOWN not in states) else before
+        return side.inertia, (after.inertia - before.inertia) / max(side.inertia, 1e-300)
 
     def _ultimately(self, name: str, limit: float) -> Steps[float]:
         """Excess of a figure over its limit at infinite inertia; 0 if that is within its error."""
@@ -333,11 +333,11 @@ class Search:
         for inertia, point in self.known.items():
             if low < self._scaled(inertia) < high and point.motions and point.beyond(name, limit) == 0.0:
                 return inertia, (yield from self._error(name, limit, point))
-        known = {point.inertia: point for point in (*self.grid, before, after)}
-        known |= {inertia: point for inertia, point in self.known.items() if point.motions}
+        points = {point.inertia: point for point in (*self.grid, before, after)}
+        points |= {inertia: point for inertia, point in self.known.items() if point.motions}
         values = {
             self._scaled(inertia): point.shares[name].value - limit
-            for inertia, point in known.items()
+            for inertia, point in points.items()
             if point.motions and abs(self._scaled(inertia) - 0.5 * (low + high)) <= 1.5 * (high - low)
         }
         most = min(

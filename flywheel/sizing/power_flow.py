@@ -237,10 +237,10 @@ class _Train:
     def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
         """Power through a shaft's mesh, from the shaft that gives on average to the one that takes, and the loss."""
         scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
-        given = self._meshed(name, entering) * entering
-        lost = given - entering
-        inwards = float(cells.integral(given + entering, mesh.half).sum()) < 0.0
-        source, target, arriving = (here, there, -given) if inwards else (there, here, entering)
+        power = self._meshed(name, entering) * entering
+        lost = power - entering
+        inwards = float(cells.integral(power + entering, mesh.half).sum()) < 0.0
+        source, target, arriving = (here, there, -power) if inwards else (there, here, entering)
         yield _Part(source, target, "shaft", here, name, arriving)
         slip = scene.transmissions[name].slip if name in scene.transmissions else 0.0
         efficiency = scene.efficiencies.get(name, 1.0)
@@ -285,8 +285,8 @@ def _result(sizing: Sizing, train: _Train, powers: _Flows, exchanged: float, mis
     shafts = {f"shafts.{name}" for name in train.scene.shafts}
     electric = any(stream.kind == "input" for stream in streams)
     ends = [s for s in streams if s.kind in ("load", "input" if electric else "drive")]
-    given = sum(s.mean for s in ends if s.target in shafts or (s.kind == "input" and s.target == "drive"))
-    taken = sum(s.mean for s in ends) - given
+    input_power = sum(s.mean for s in ends if s.target in shafts or (s.kind == "input" and s.target == "drive"))
+    taken = sum(s.mean for s in ends) - input_power
     losses = sum(s.mean for s in streams if s.lost)
     scale = exchanged / period
     return PowerFlow(
@@ -294,10 +294,10 @@ def _result(sizing: Sizing, train: _Train, powers: _Flows, exchanged: float, mis
         streams=tuple(streams),
         shafts=tuple(_shafts(sizing, train, powers, period)),
         period=period,
-        input=given,
+        input=input_power,
         output=taken,
         losses=losses,
-        left=given - taken - losses,
+        left=input_power - taken - losses,
         scale=scale,
         error=error,
         mesh=mesh,

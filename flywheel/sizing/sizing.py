@@ -287,8 +287,8 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
     along = np.full(angles.size, at_constant.speed**2)  # squares of the speeds (rad²/s²) that friction is taken at
     last: list[_Round] = []
     while regime.run is not None and regime.confirmed is None and rounds < _MOST_ROUNDS:
-        known = regime.machine.friction
-        assert known is not None
+        friction = regime.machine.friction
+        assert friction is not None
         last = [*last[1 - _MIXED :], _Round(regime, along, _motion_of(regime, angles).omega ** 2)]
         weights = _mixture(last)
         along = np.asarray(sum(weight * one.found for weight, one in zip(weights, last, strict=True)))
@@ -297,7 +297,7 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
         edges = sorted({at for mesh in meshes for at in (mesh.middle + mesh.half)[:-1, 0].tolist()})
         curve = friction_along(machine, partial(_mixed, weights, last), balance, edges)
         enough = max(_LEFT * rtol * regime.figures.fluctuation, curve.error)
-        changed = curve.apart(known)
+        changed = curve.apart(friction)
         share = _SLOWEST if before is None else min(changed / before, _SLOWEST)
         left = changed if changed <= curve.error else 2 * changed * share / (1.0 - share)
         curve.error += left
@@ -550,19 +550,19 @@ def _wheel(
         error: of that, relative.
 
     """
-    wanted = scene.wheel
-    if wanted is None:
+    rim = scene.wheel
+    if rim is None:
         return None, ()
     if not inertia:
         return None, ("no wheel is chosen, as no flywheel is needed",)
     ratio, run = scene.flywheel_ratio, None if regime is None else regime.run
     greatest = speed * (1 + irregularity / 2) if run is None else run.speed_max
-    hub = wanted.bore is not None or wanted.hub_diameter is not None
-    armed = wanted.shape == ARMS or (wanted.shape == LIGHTEST and hub)
-    if armed and wanted.torque is None and regime is not None and run is not None:
-        wanted = wanted._replace(torque=inertia * ratio * _greatest_acceleration(regime, run))
-    wheel = choose(inertia, ratio * (speed if wanted.at == MEAN else greatest), wanted)
-    torque, on_crank = None if wheel.body.arms is None else wanted.torque, wheel.inertia * ratio**2
+    hub = rim.bore is not None or rim.hub_diameter is not None
+    armed = rim.shape == ARMS or (rim.shape == LIGHTEST and hub)
+    if armed and rim.torque is None and regime is not None and run is not None:
+        rim = rim._replace(torque=inertia * ratio * _greatest_acceleration(regime, run))
+    wheel = choose(inertia, ratio * (speed if rim.at == MEAN else greatest), rim)
+    torque, on_crank = None if wheel.body.arms is None else rim.torque, wheel.inertia * ratio**2
     if regime is None:
         return SelectedWheel(wheel, fluctuation / (on_crank * speed**2), error, torque), wheel.warnings
     try:
@@ -604,19 +604,19 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     closure = abs(left) / fluctuation if fluctuation else 0.0
     error = 4 * ROUNDING * (float(np.abs(works).sum()) / fluctuation if fluctuation else 0.0)
     error += closure if closure > error else 0.0  # what is left over may belong to any of the areas
-    motion, given = None, 0.0
+    motion, own_inertia = None, 0.0
     if scene.inertia is not None:  # the irregularity from the fluctuation of energy alone: eps = fluctuation/(J w²)
         inertia = scene.inertia * ratio_square
-        given = fluctuation / (inertia * square) if inertia else np.inf
-        if given >= 2.0:
+        own_inertia = fluctuation / (inertia * square) if inertia else np.inf
+        if own_inertia >= 2.0:
             defect = f"{scene.inertia} kg m², which the swing of {fluctuation:.6g} J would stop"
             raise SceneError([Fault("flywheel.inertia", defect, "enough inertia to keep turning", "give a larger one")])
-        fastest, slowest = scene.speed * (1 + given / 2), scene.speed * (1 - given / 2)
-        motion = Confirmation(given, None, fastest, slowest, None, None, None, "areas")
+        fastest, slowest = scene.speed * (1 + own_inertia / 2), scene.speed * (1 - own_inertia / 2)
+        motion = Confirmation(own_inertia, None, fastest, slowest, None, None, None, "areas")
     of_wheels, of_motion = (None, error) if figure is None else (error, None)
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
-    inertia, irregularity = (scene.inertia or 0.0, given) if figure is None else (figure, eps or 0.0)
+    inertia, irregularity = (scene.inertia or 0.0, own_inertia) if figure is None else (figure, eps or 0.0)
     built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
     limits = _limits(scene, figure, error, eps)
     return Sizing(
@@ -667,9 +667,9 @@ def electrical_transients(sizing: Sizing) -> ElectricalTransients | None:
     static = None if motor is None else motor.static
     if static is None or run is None or scene.drive is None:
         return None
-    given = run.inertia / scene.flywheel_ratio**2
+    inertia = run.inertia / scene.flywheel_ratio**2
     try:
-        other = size(replace(scene, motor=static, irregularity=None, inertia=given, limits={}), simulate=False)
+        other = size(replace(scene, motor=static, irregularity=None, inertia=inertia, limits={}), simulate=False)
     except SceneError:
         return None
     if other.run is None or other.energy is None or sizing.energy is None:

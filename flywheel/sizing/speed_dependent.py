@@ -265,9 +265,9 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     mean = speed if scene.unknown is not None else None
 
     def solved(inertia: float | None, guess: float, *, directly: bool = False) -> OwnMotion:
-        wanted = Demand(inertia, scene.irregularity if inertia is None else None, mean)
+        demand = Demand(inertia, scene.irregularity if inertia is None else None, mean)
         with limited(periodic_motion.MOST_WORK):
-            return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol, directly=directly)
+            return periodic_motion.own_motion(machine, speed, demand, guess, unknown, rtol, directly=directly)
 
     def without(*, directly: bool) -> OwnMotion | None:
         """The motion without a flywheel, if it keeps the irregularity."""
@@ -281,14 +281,14 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         return SceneError([_fault(machine, speed, inertia, guess, unknown, Finding(guess, error=error))])
 
     if scene.inertia is not None:
-        given = scene.inertia * scene.flywheel_ratio**2
-        turning_moment.check_weighs(machine, figures.cycle, figures.extent, given)
-        finding = Branch(machine, speed, unknown, mean).at(given, rtol)
+        inertia = scene.inertia * scene.flywheel_ratio**2
+        turning_moment.check_weighs(machine, figures.cycle, figures.extent, inertia)
+        finding = Branch(machine, speed, unknown, mean).at(inertia, rtol)
         if finding.motion is not None:
             return finding.motion
         if isinstance(finding.error, UnstableError) and finding.stop is None:
             return finding.error.motion
-        raise SceneError([_fault(machine, speed, given, 0.0, unknown, finding)])
+        raise SceneError([_fault(machine, speed, inertia, 0.0, unknown, finding)])
     least = _LIGHT * max(figures.reduced_inertia.max, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     try:
@@ -331,14 +331,14 @@ def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -
         raise refused or SceneError([fault._replace(path="flywheel.limits")]) from None
 
 
-def _fault(machine: Machine, speed: float, given: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
+def _fault(machine: Machine, speed: float, size: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
     """Fault of a machine for which no motion was found, or none with meaningful figures.
 
-    Simulated in time the machine may stall or run away; otherwise the iteration did not converge. `given` is the flywheel on
+    Simulated in time the machine may stall or run away; otherwise the iteration did not converge. `size` is the flywheel on
     the crank (kg m²), None if one is searched for from a guess.
     """
     scene, error = machine.scene, finding.error
-    path = "flywheel.irregularity" if given is None else "flywheel.inertia"
+    path = "flywheel.irregularity" if size is None else "flywheel.inertia"
     if scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
         defect = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
         advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
@@ -350,8 +350,8 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
     if isinstance(error, LostError):
         advice = "smaller driving and resisting torques, or a larger irregularity"
         return Fault(path, str(error), "a motion that varies by more than rounding", advice)
-    inertia = guess if given is None else given
-    wheel = f" with {'about ' if given is None else ''}{inertia:.6g} kg m² on the crank"
+    inertia = guess if size is None else size
+    wheel = f" with {'about ' if size is None else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that returns to its speed each cycle"
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if (stop := finding.stop) is not None:
@@ -371,7 +371,7 @@ def _fault(machine: Machine, speed: float, given: float | None, guess: float, un
         defect = f"{none}: followed in time, {what} comes to {ending.fault.found}"
         return Fault(path, defect, expected, ending.fault.advice)
     if isinstance(error, BudgetError):
-        return _too_much(error.faults[0], machine, speed, given or 0.0, unknown)
+        return _too_much(error.faults[0], machine, speed, size or 0.0, unknown)
     return Fault(path, f"{none}: {error}", expected, "follow the machine in time: flywheel simulate")
 
 
