@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -14,22 +14,20 @@ import numpy as np
 
 from bondgraph.numerics import root, summit
 from flywheel.components import press_work
-from flywheel.components.motors.thermal import Losses
-from flywheel.components.motors.thermal import course as rise_over
-from flywheel.components.press_work import Speeds
 from flywheel.language import number
 from flywheel.language import text as _
-from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
 from flywheel.motions.stroke_course import (
-    Side,
     crank_at,
-    drive_torque,
+    drive_load,
     driven_inertia,
     driving_inertia,
     driving_sides,
-    motor_ratio,
+    inverter_loads,
+    recovery_time,
+    speed_extremes,
+    temperature,
 )
 from flywheel.motions.strokes import (
     BRAKE,
@@ -37,13 +35,11 @@ from flywheel.motions.strokes import (
     Phases,
     Strokes,
     check,
-    extreme,
     fitted,
     periodic,
     regaining,
     slip_heat,
 )
-from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
@@ -61,7 +57,6 @@ _STEP, _LOOSER = 0.02, 100.0  # tolerance of steps, over that of figures, and of
 _FINEST, _COARSEST = 1e-12, 1e-6  # tolerances of steps
 _RATE = 1e-5  # of a limit, to which the greatest rate is found
 _SIGNALS, _SIGNAL_WIDTH = 25, 0.1  # stop signals tried; to which the worst is found, times the root of a step's tolerance
-_RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _FAILS = 1e-3  # of that lack: to which that is found beyond which a stroke fails
 _SLOWER, _FASTER = 1.6, 0.3  # of the logarithm of what a speed lacks to that of idling: steps to the next that is tried
 _NEAR_IDLE = 1e-7  # of the speed at which the drive idles: the clutch engages there after any time
@@ -69,7 +64,6 @@ _LONGEST_WAIT, _WAITING = 3.0, 0.1  # of the logarithm of the period over that a
 _NEIGHBOUR = 0.2  # relative: by how much a stroke may differ from one whose errors, times the latter, serve for it
 _LIKENESS = frozenset(("inertia", "period", "speed_least", "slip_time", "clutch_heat", "brake_heat", "mean_power"))
 _ADDING = 100.0  # tolerances of a step, which the errors of a stroke add up to
-_NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 _NO_CYCLE = (
     *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
     *("angle_speed_max", "angle_speed_min", "reduced_inertia", "simulation"),
@@ -255,8 +249,9 @@ class SingleStroke:
             wheel |= {"limits": {name: limit.as_dict() for name, limit in self.limits.items()}, "binding": self.binding}
         off, power = self.error.get("inertia"), self.figures["mean_power"]
         error = {
-            "exact": None if off is None else off / self.inertia,
+            "exact": None if off is None else off / (self.inertia or 1.0),
             "power": self.error["mean_power"] / float(power or 1.0),
+            "limits": {name: max(one.reached_error, one.alone_error) for name, one in self.limits.items()} or None,
         }
         return {
             "title": self.scene.title,
@@ -316,7 +311,7 @@ def single_stroke(
     with np.errstate(all="ignore"):
         limits, binding = dict[str, Limit](), None
         if scene.inertia is None:
-            strokes, phases, limits, binding = _sized(scene, tolerance, closest, near)
+            strokes, phases, limits, binding, alone = _sized(scene, tolerance, closest, near)
         else:
             strokes = Strokes(scene, scene.inertia, tolerance, None if near is None else near.strokes)
             phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
@@ -337,19 +332,18 @@ def single_stroke(
             assert loose is not None
             error = {**_errors(strokes, tight, loose), "greatest_rate": off}
             if scene.inertia is None:
-                name, demand = binding or IRREGULARITY, asked_of(scene)
-                kept, rough = (
-                    _limited(one, run.phases, [name])[name] / demand[name]
-                    for one, run in ((strokes, tight), (rougher, loose))
-                )
-                error["inertia"] = strokes.inertia * (
-                    closest + _SAFETY * (abs(kept - 1.0) * (strokes.inertia > 0.0) + abs(kept - rough))
-                )
+                of_limits = {name: _wheel_errors(*run, name, asked_of(scene)[name], closest) for name, run in alone.items()}
+                error["inertia"] = strokes.inertia * of_limits.get(binding or IRREGULARITY, (0.0, 0.0))[1]
         else:
             error = {
                 name: {each: _CARRIED * one for each, one in off.items()} if isinstance(off, Mapping) else _CARRIED * off
                 for name, off in like.error.items()
             }
+            earlier = ((name, like.limits[name]) for name in limits)
+            of_limits = {name: (_CARRIED * one.reached_error, _CARRIED * one.alone_error) for name, one in earlier}
+        for name in limits:
+            reached, lone = of_limits.get(name, (0.0, 0.0))
+            limits[name] = limits[name]._replace(reached_error=reached, alone_error=lone)
     return SingleStroke(
         scene,
         scene.flywheel_on,
@@ -364,7 +358,7 @@ def single_stroke(
         strokes,
         limits,
         binding,
-        tuple(one for one in _inverter_loads(strokes, tight.phases) if one.value > one.limit),
+        tuple(one for one in inverter_loads(strokes, tight.phases) if one.value > one.limit),
         like,
     )
 
@@ -374,7 +368,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     error: dict[str, Any] = _off(tight.figures, loose.figures)
     error |= {"shares": _off(tight.shares, loose.shares), "energy": _off(tight.energy, loose.energy)}
     if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
-        coarse = _temperature(strokes, driving_sides(strokes, tight.phases), 2)
+        coarse = temperature(strokes, driving_sides(strokes, tight.phases), 2)
         error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
     if tight.figures["keeps_up"] is not None:
         error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in tight.shares)
@@ -435,10 +429,10 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
     sides = driving_sides(strokes, phases)
-    speeds, slowest = _speeds(sides)
+    speeds, slowest = speed_extremes(sides)
     slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
-    drive = _drive_load(strokes, sides, phases.period)
-    fed: list[float | None] = [*(max(one.value, 0.0) for one in _inverter_loads(strokes, phases))] or [None, None]
+    drive = drive_load(strokes, sides, phases.period)
+    fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
     within = [share <= 1.0 for share in _motor_shares(strokes, drive).values()]
     return {
@@ -462,14 +456,14 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
         "stopping_time": phases.stop_time - phases.brake_time,
         "overrun": phases.rest - plan.stop_at - plan.continuous * TURN,
         "stroke_time": phases.stop_time,
-        "recovery_time": _recovery(sides, speeds.low, slowest, phases),
+        "recovery_time": recovery_time(sides, speeds.low, slowest, phases),
         "wheel_energy": 0.5 * driving_inertia(strokes) * (phases.begin[0] ** 2 - speeds.low**2),
         "holding_torque": abs(phases.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / phases.period,
         **drive,
         "inverter_current": fed[0],
         "power_returned": fed[1],
-        "temperature": _temperature(strokes, sides),
+        "temperature": temperature(strokes, sides),
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
 
@@ -524,107 +518,6 @@ def _while_locked(strokes: Strokes, phases: Phases, near: float | None = None) -
         "emergency_angle": float(crank_at(phases, np.array([phases.lock_time + when]))[0, 0]),
         "safety_distance": press_work.safety_distance(plan.approach, stopping, plan.intrusion),
     }
-
-
-def _speeds(sides: list[Side]) -> tuple[Speeds, float]:
-    """The extremes of the driving side's speed in a period, on the clutch's shaft, and when (s) it is least."""
-    least, when = _greatest(sides, lambda speeds: -speeds)
-    return Speeds(_greatest(sides, lambda speeds: speeds)[0], -least), when
-
-
-def _recovery(sides: list[Side], least: float, when: float, phases: Phases) -> float:
-    """The time (s) from the least speed until most of the drop is recovered."""
-    level = least + _RECOVERED * (phases.speed - least)
-    for trail, factor, begin in sides:
-        times, owners = trail.within(NODES)
-        speeds = trail.states(times, owners)[1] * factor
-        above = np.flatnonzero((speeds >= level) & (times + begin > when))
-        if not above.size:
-            continue
-        k = int(above[0])
-        if k == 0 or times[k - 1] + begin < when:
-            return float(times[k]) + begin - when
-        which = owners[k : k + 1]
-
-        def over(t: float, trail: Trail = trail, factor: float = factor, which: Any = which) -> float:
-            return float(trail.states(np.array([t]), which)[1, 0]) * factor - level
-
-        low, high = float(times[k - 1]), float(times[k])
-        return (low if over(low) >= 0.0 else root(over, low, high)) + begin - when
-    return phases.period - when
-
-
-def _gauss(sides: list[Side], ratio: float) -> tuple[Array, Array]:
-    """Speeds of the motor (rad/s) over a period, and their weights (s); `ratio`: of its speed over the clutch shaft's."""
-    speeds, weights = list[Array](), list[Array]()
-    for trail, factor, _begin in sides:
-        times, owners, lasting = trail.gauss()
-        speeds.append(trail.states(times, owners)[1] * factor * ratio)
-        weights.append(lasting)
-    return np.concatenate(speeds), np.concatenate(weights)
-
-
-def _drive_load(strokes: Strokes, sides: list[Side], period: float) -> dict[str, float | None]:
-    """Torque of the drive over time (N m), and the mean heat of its motor (W), None if its type does not give it."""
-    ratio, motor = motor_ratio(strokes), strokes.scene.motor
-    speeds, weights = _gauss(sides, ratio)
-    torques = drive_torque(strokes, speeds)
-    heat = None if motor is None or motor.heated is None else float(weights @ np.asarray(motor.total_heat(speeds)))
-    return {
-        "motor_torque_mean": float(weights @ torques) / period,
-        "motor_torque_rms": math.sqrt(float(weights @ torques**2) / period),
-        "motor_torque_peak": _greatest(sides, lambda speeds: np.abs(drive_torque(strokes, ratio * speeds)))[0],
-        "motor_heat": None if heat is None else heat / period,
-    }
-
-
-def _greatest(sides: list[Side], value: Callable[[Array], Array]) -> tuple[float, float]:
-    """The greatest value along the driving side, a function of the speed of the clutch's shaft (rad/s), and its time (s)."""
-
-    def along(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
-        return lambda times, owners: value(trail.states(times, owners)[1] * factor)
-
-    tops = [(extreme(trail, along(trail, factor)), begin) for trail, factor, begin in sides]
-    return max(((most, begin + time) for (time, most), begin in tops), key=lambda top: top[0])
-
-
-def _inverter_loads(strokes: Strokes, phases: Phases) -> tuple[Trip, ...]:
-    """The greatest current over the motor's rated one, and the greatest power (W) that it returns; none without an inverter.
-
-    Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
-    neglected; power below a small share of the rated one is within rounding and does not count as returned.
-    """
-    motor, ratio = strokes.scene.motor, motor_ratio(strokes)
-    if motor is None or motor.inverter is None or motor.rated is None:
-        return ()
-
-    def current(speeds: Array) -> Array:
-        share = motor.current_share(ratio * speeds)
-        return 0.0 * speeds if share is None else share
-
-    def returned(speeds: Array) -> Array:
-        return -motor.input_power(ratio * speeds, motor.torque(ratio * speeds))
-
-    loads, sides = list[Trip](), driving_sides(strokes, phases)
-    for value, (kind, limit) in zip((current, returned), motor.inverter.limits, strict=True):
-        most, time = _greatest(sides, value)
-        angle = float(crank_at(phases, np.array([time]))[0, 0])
-        loads.append(Trip(kind, most, max(limit, _NO_POWER * motor.rated.power * (value is returned)), angle, time))
-    return tuple(loads)
-
-
-def _temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:
-    """The greatest rise (K) of the motor's windings over an endless series of strokes; None without `thermal`.
-
-    The losses are taken as constant about each node of Gauss' rule, or about a group of `together` nodes.
-    """
-    motor = strokes.scene.motor
-    if motor is None or motor.thermal is None:
-        return None
-    speeds, weights = _gauss(sides, motor_ratio(strokes))
-    heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
-    times = weights.reshape(-1, together).sum(axis=1)
-    return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest
 
 
 def _motor_shares(strokes: Strokes, load: Mapping[str, Any]) -> dict[str, float]:
@@ -695,14 +588,16 @@ def _energy(strokes: Strokes, phases: Phases) -> dict[str, float]:
 
 _SIZED = 1e-8  # relative, the closest to which a flywheel is found
 _ROUGHLY = 1e-3  # the same of the rough one that it is found beside
+_BESIDE = 2.5e-4  # of a flywheel: the nearest one for the slope of a limit, by the next factor
+_STRAIGHT = 1e-2  # of the change of a limit to that flywheel: errors within which its slope is constant
 _WIDER = 4.0  # times: how far the second flywheel lies from the first, where all are looked through
 _BROKEN = 1e-6  # of a limit: what is beyond it by more is not kept
 
 
 def _sized(
     scene: Scene, tolerance: float, closest: float, near: SingleStroke | None
-) -> tuple[Strokes, Phases, dict[str, Limit], str | None]:
-    """The machine with the smallest flywheel that keeps all limits, its stroke, that for each limit, and the deciding one.
+) -> tuple[Strokes, Phases, dict[str, Limit], str | None, dict[str, tuple[Strokes, Phases]]]:
+    """The machine with the smallest flywheel that keeps all limits, its stroke, all limits, the binding one, each one's own.
 
     A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is computed together
     with its stroke, roughly first, or from a neighbour's; if that fails, or none is needed, by a search.
@@ -805,15 +700,45 @@ def _sized(
         if limit.reached > limit.asked * (1.0 + _BROKEN):
             defect = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
             raise SceneError([Fault(f"flywheel.limits.{name}", defect, "limits that one flywheel keeps", "allow more")])
-    return *run, limits, binding if limits else None
+    kept = {name: run for name, inertia in alone.items() if inertia > 0.0 and (run := runs[inertia, tolerance])}
+    return *run, limits, binding if limits else None, kept
+
+
+def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> tuple[float, float]:
+    """Relative errors of the figure of a limit, and of the flywheel that just keeps it.
+
+    The first is the difference to a run with a greater tolerance, doubled, and the tolerance of a step. With the excess
+    over the limit it becomes an error of inertia by the change of the figure to a flywheel on either side that differs
+    in it by more. If none up to twice the inertia does, the error is as large as the inertia.
+    """
+
+    def figure_with(inertia: float) -> float:
+        beside = Strokes(strokes.scene, inertia, _LOOSER * strokes.rtol, strokes)
+        return _limited(beside, periodic(beside, phases), [name])[name] / demand
+
+    reached, rough, widest = _limited(strokes, phases, [name])[name] / demand, figure_with(strokes.inertia), closest
+    own = _SAFETY * abs(reached - rough) + strokes.rtol
+    for way in (-1, 1):
+        step, off, change = _BESIDE, max(way * (reached - 1.0), 0.0) + own, 0.0
+        while change <= off and step < 1.0:
+            step *= _WIDER
+            with suppress(SceneError):  # where no stroke is completed, the figure ends
+                change = math.inf
+                change = abs(figure_with(strokes.inertia * (1.0 + step) ** way) - rough)
+        straight = abs(reached - 1.0) + own < _STRAIGHT * change < math.inf  # the same slope serves for the other side
+        off = abs(reached - 1.0) + own if straight else off
+        widest = max(widest, closest + step * min(_SAFETY * off / change if change else 1.0, 1.0))
+        if straight:
+            break
+    return own / reached, widest
 
 
 def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str, float]:
     """The figures of limits along a stroke, those of the motor over its rated ones."""
     sides, motor, names = driving_sides(strokes, phases), strokes.scene.motor, [*names]
-    extra = {IRREGULARITY: _speeds(sides)[0].irregularity} if IRREGULARITY in names else {}
+    extra = {IRREGULARITY: speed_extremes(sides)[0].irregularity} if IRREGULARITY in names else {}
     if motor is not None and motor.rated is not None and names != [*extra]:
-        load = _drive_load(strokes, sides, phases.period)
+        load = drive_load(strokes, sides, phases.period)
         shares = _motor_shares(strokes, load)
         extra["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
         rows = zip(("motor_rms", "motor_heat"), _MOTOR_SHARES, strict=True)

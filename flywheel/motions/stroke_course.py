@@ -1,16 +1,24 @@
-"""The course of a period of a machine that works stroke by stroke: speeds, torques and works over time."""
+"""The course of a period of a machine that works stroke by stroke: speeds, torques and works over time, its drive."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import Trail
-from flywheel.motions.strokes import Phases, Ramp, Strokes, torque_at
-from flywheel.numerics.cells import Array
+from bondgraph.numerics import root
+from flywheel.components.motors.thermal import Losses
+from flywheel.components.motors.thermal import course as rise_over
+from flywheel.components.press_work import Speeds
+from flywheel.machine.dynamics import NODES, Trail
+from flywheel.motions.strokes import Phases, Ramp, Strokes, extreme, torque_at
+from flywheel.numerics.cells import Array, Index
+from flywheel.sizing.results import Trip
+
+_RECOVERED = 0.95  # of the drop of speed: what counts as recovered
+_NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 
 
 def driven_inertia(strokes: Strokes, phases: Phases) -> float:
@@ -172,3 +180,107 @@ def _switches(trail: Trail) -> Array:
     """The times (s) within a motion at which its laws change."""
     pairs = zip(trail.stretches[:-1], trail.stretches[1:], strict=True)
     return np.array([one.step.end for one, other in pairs if one.anchor != other.anchor], dtype=float)
+
+
+# -- the load of the driving side ---------------------------------------------------------------------------------------
+
+
+def speed_extremes(sides: list[Side]) -> tuple[Speeds, float]:
+    """The extremes of the driving side's speed in a period, on the clutch's shaft, and when (s) it is least."""
+    least, when = _greatest(sides, lambda speeds: -speeds)
+    return Speeds(_greatest(sides, lambda speeds: speeds)[0], -least), when
+
+
+def recovery_time(sides: list[Side], least: float, when: float, phases: Phases) -> float:
+    """The time (s) from the least speed until most of the drop is recovered."""
+    level = least + _RECOVERED * (phases.speed - least)
+    for trail, factor, begin in sides:
+        times, owners = trail.within(NODES)
+        speeds = trail.states(times, owners)[1] * factor
+        above = np.flatnonzero((speeds >= level) & (times + begin > when))
+        if not above.size:
+            continue
+        k = int(above[0])
+        if k == 0 or times[k - 1] + begin < when:
+            return float(times[k]) + begin - when
+        which = owners[k : k + 1]
+
+        def over(t: float, trail: Trail = trail, factor: float = factor, which: Any = which) -> float:
+            return float(trail.states(np.array([t]), which)[1, 0]) * factor - level
+
+        low, high = float(times[k - 1]), float(times[k])
+        return (low if over(low) >= 0.0 else root(over, low, high)) + begin - when
+    return phases.period - when
+
+
+def _gauss(sides: list[Side], ratio: float) -> tuple[Array, Array]:
+    """Speeds of the motor (rad/s) over a period, and their weights (s); `ratio`: of its speed over the clutch shaft's."""
+    speeds, weights = list[Array](), list[Array]()
+    for trail, factor, _begin in sides:
+        times, owners, lasting = trail.gauss()
+        speeds.append(trail.states(times, owners)[1] * factor * ratio)
+        weights.append(lasting)
+    return np.concatenate(speeds), np.concatenate(weights)
+
+
+def drive_load(strokes: Strokes, sides: list[Side], period: float) -> dict[str, float | None]:
+    """Torque of the drive over time (N m), and the mean heat of its motor (W), None if its type does not give it."""
+    ratio, motor = motor_ratio(strokes), strokes.scene.motor
+    speeds, weights = _gauss(sides, ratio)
+    torques = drive_torque(strokes, speeds)
+    heat = None if motor is None or motor.heated is None else float(weights @ np.asarray(motor.total_heat(speeds)))
+    return {
+        "motor_torque_mean": float(weights @ torques) / period,
+        "motor_torque_rms": math.sqrt(float(weights @ torques**2) / period),
+        "motor_torque_peak": _greatest(sides, lambda speeds: np.abs(drive_torque(strokes, ratio * speeds)))[0],
+        "motor_heat": None if heat is None else heat / period,
+    }
+
+
+def _greatest(sides: list[Side], value: Callable[[Array], Array]) -> tuple[float, float]:
+    """The greatest value along the driving side, a function of the speed of the clutch's shaft (rad/s), and its time (s)."""
+
+    def along(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
+        return lambda times, owners: value(trail.states(times, owners)[1] * factor)
+
+    tops = [(extreme(trail, along(trail, factor)), begin) for trail, factor, begin in sides]
+    return max(((most, begin + time) for (time, most), begin in tops), key=lambda top: top[0])
+
+
+def inverter_loads(strokes: Strokes, phases: Phases) -> tuple[Trip, ...]:
+    """The greatest current over the motor's rated one, and the greatest power (W) that it returns; none without an inverter.
+
+    Each with the limit beyond which the inverter trips. Power that is returned charges its capacitors, whose energy is
+    neglected; power below a small share of the rated one is within rounding and does not count as returned.
+    """
+    motor, ratio = strokes.scene.motor, motor_ratio(strokes)
+    if motor is None or motor.inverter is None or motor.rated is None:
+        return ()
+
+    def current(speeds: Array) -> Array:
+        share = motor.current_share(ratio * speeds)
+        return 0.0 * speeds if share is None else share
+
+    def returned(speeds: Array) -> Array:
+        return -motor.input_power(ratio * speeds, motor.torque(ratio * speeds))
+
+    loads, sides = list[Trip](), driving_sides(strokes, phases)
+    for value, (kind, limit) in zip((current, returned), motor.inverter.limits, strict=True):
+        most, time = _greatest(sides, value)
+        angle = float(crank_at(phases, np.array([time]))[0, 0])
+        loads.append(Trip(kind, most, max(limit, _NO_POWER * motor.rated.power * (value is returned)), angle, time))
+    return tuple(loads)
+
+
+def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:
+    """The greatest rise (K) of the motor's windings over an endless series of strokes; None without `thermal`.
+
+    The losses are taken as constant about each node of Gauss' rule, or about a group of `together` nodes.
+    """
+    motor = strokes.scene.motor
+    if motor is None or motor.thermal is None:
+        return None
+    speeds, weights = _gauss(sides, motor_ratio(strokes))
+    heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
+    times = weights.reshape(-1, together).sum(axis=1)
+    return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest

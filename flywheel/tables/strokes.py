@@ -132,8 +132,10 @@ def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
     given = _("given") if result.given else _("sized")
     names, rows = limit_names(), [Row(_("inertia"), *inertia, given)]
     for name, limit in result.limits.items():
-        reached, asked = (number(figure(_PERCENT * value, most=5)) for value in (limit.reached, limit.asked))
-        alone = _("of {asked} %; alone it needs {inertia}", asked=asked, inertia=system.shown(limit.alone, "inertia"))
+        reached = number(figure(_PERCENT * limit.reached, _PERCENT * limit.reached_error * limit.reached, 5))
+        lone = system.shown(limit.alone, "inertia", limit.alone_error * limit.alone)
+        asked = number(figure(_PERCENT * limit.asked, most=5))
+        alone = _("of {asked} %; alone it needs {inertia}", asked=asked, inertia=lone)
         rows.append(Row(names[name], reached, "%", alone))
     decides = (_("{limit} decides.", limit=names[result.binding]),) if result.binding else ()
     return Block("flywheel", _("Flywheel on {shaft}", shaft=result.on), tuple(rows), sentences=decides)
