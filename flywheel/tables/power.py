@@ -374,10 +374,10 @@ def _resonance(found: Synchronism) -> Iterator[str]:
         )
     if not found.damping_ratio < DAMPED:
         return
-    natural, near = f"{figure(found.natural_frequency, 0.0, 4)} Hz", found.near_resonance
+    natural, near = f"{number(figure(found.natural_frequency, 0.0, 4))} Hz", found.near_resonance
     if near is not None:
-        told = {"natural": natural, "k": near.order, "harmonic": f"{figure(near.frequency, 0.0, 4)} Hz"}
-        times = figure(near.magnification, 0.0, 3)
+        told = {"natural": natural, "k": near.order, "harmonic": f"{number(figure(near.frequency, 0.0, 4))} Hz"}
+        times = number(figure(near.magnification, 0.0, 3))
         yield _(
             "Its swing, of natural frequency {natural}, is near harmonic {k} of the load, {harmonic}: {times} times larger.",
             **told,
@@ -385,7 +385,7 @@ def _resonance(found: Synchronism) -> Iterator[str]:
         )
     above = found.heavier_is_nearer
     if above is not None:
-        told = {"natural": natural, "k": above.order, "harmonic": f"{figure(above.frequency, 0.0, 4)} Hz"}
+        told = {"natural": natural, "k": above.order, "harmonic": f"{number(figure(above.frequency, 0.0, 4))} Hz"}
         yield _(
             "Its swing, of natural frequency {natural}, lies above harmonic {k} of the load, {harmonic}: "
             "a heavier flywheel brings it nearer to resonance.",

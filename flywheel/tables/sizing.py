@@ -8,6 +8,7 @@ errors) are shared by the summary and the pictures.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from math import log, log1p, nan, pi
 from typing import Any, NamedTuple
 
@@ -64,7 +65,8 @@ class Candidate(NamedTuple):
     """One flywheel (kg m² at its own shaft): its relative difference from the exact one, and the resulting irregularity.
 
     `gives` is (irregularity, its absolute error), (0, 0) if nothing acts, or None if the machine would stop in
-    the cycle; `motion` is the run that gave it, None for a diagram of areas.
+    the cycle; `motion` is the run that gave it, None for a diagram of areas. `only_bound` says that this flywheel keeps the
+    irregularity, and that it is unknown whether a lighter one does.
     """
 
     key: str
@@ -75,6 +77,7 @@ class Candidate(NamedTuple):
     off_error: float
     gives: tuple[float, float] | None
     motion: Run | None
+    only_bound: bool = False
 
 
 _CANDIDATES = {
@@ -98,7 +101,7 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
     found = []
     for key, (name, _label) in _CANDIDATES.items() if sizing.approximated else (("exact", _CANDIDATES["exact"]),):
         inertia, error = getattr(wheel, key) or 0.0, inertia_error(sizing, key)
-        off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
+        off = inertia / exact - 1 if exact > exact_error and key != "exact" else None
         off_error = 2 * (error + exact_error) / exact if exact > 0.0 else 0.0
         looked = motions or key == "exact"
         motion = _motion_with(sizing, inertia) if looked else None
@@ -113,8 +116,17 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
             gives = motion.irregularity, motion.error * motion.irregularity
         elif looked and sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
             gives = 0.0, 0.0  # nothing acts; else the machine would stop
-        found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion))
+        run, asked = sizing.run, sizing.scene.irregularity or 0.0
+        only_bound = key == "exact" and error >= inertia and run is not None and run.irregularity < asked
+        found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion, only_bound))
     return found
+
+
+def inertia_cell(one: Candidate, written: Callable[[float, float], str], times: float = 1.0) -> str:
+    """The inertia, or a multiple of it, by `written` with its error; a question mark if no digit is certain."""
+    if one.only_bound:
+        return f"≤ {written(times * one.inertia, 0.0)}"
+    return "?" if 0.0 < one.inertia <= one.error else written(times * one.inertia, times * one.error)
 
 
 def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
@@ -192,7 +204,7 @@ def limits(sizing: Sizing) -> list[str]:
 
 
 def _cells(candidate: Candidate) -> tuple[str, ...]:
-    inertia = or_unknown(candidate.inertia, candidate.error)
+    inertia = inertia_cell(candidate, figure)
     off = "" if candidate.off is None else f"{figure(100 * candidate.off, 100 * candidate.off_error, 4)} %"
     if candidate.off is not None and candidate.off > 0 and off != "0 %":
         off = "+" + off
@@ -221,7 +233,7 @@ def _proven(sizing: Sizing) -> Iterator[str]:
 def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
     """The inertias as GD², and the totals of the approximate ones."""
     if any(candidate.inertia > 0.0 for candidate in found):
-        each = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_CANDIDATES[c.key][1]}" for c in found]
+        each = [f"{inertia_cell(c, partial(figure, most=_DIGITS), gd2(1.0))} {_CANDIDATES[c.key][1]}" for c in found]
         yield f"GD² = 4 J: {', '.join(each)}, kg m²."
     wheel = sizing.flywheel
     if len(found) > 1 and wheel.approximate_total and wheel.inertia_torque:
@@ -246,7 +258,7 @@ def _verdicts(sizing: Sizing) -> Iterator[str]:
         else:
             yield f"{none}: nothing acts on the machine that could change its speed."
         return
-    if not sizing.approximated:
+    if not sizing.approximated or inertia_error(sizing) >= (wheel.exact or 0.0):
         return
     exact, approximate = wheel.exact or 0.0, wheel.approximate or 0.0
     if sizing.cyclic is not None:

@@ -42,7 +42,7 @@ from flywheel.tables.rows import (
     printable,
 )
 from flywheel.tables.scene import SceneLine, parts, running
-from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, limit_names, remarks, settles, speed_band
+from flywheel.tables.sizing import CONCLUSIVE, Candidate, candidates, inertia_cell, limit_names, remarks, settles, speed_band
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
@@ -163,7 +163,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     scene, us = sizing.scene, units.name == "us"
     if scene.inertia is not None:
         return _given(sizing, units)
-    asked = scene.irregularity or 0.0
+    asked, inertia_of = scene.irregularity or 0.0, lambda value, error: units.of(value, "inertia", error)
     of = {"shaft": _shaft(sizing), "eps": number(figure(asked, most=6)), "percent": number(figure(50 * asked, most=6))}
     inertia = units.unit("inertia")
     header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
@@ -172,10 +172,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     table = []
     for one in found:
         off, gives = _off(one), _gives(one)
-        figures = [
-            _inertia(one.inertia, one.error, units),
-            *([] if us else [_inertia(gd2(one.inertia), 4 * one.error, units)]),
-        ]
+        figures = [inertia_cell(one, inertia_of, times) for times in ((1.0,) if us else (1.0, gd2(1.0)))]
         table.append((_name(one), *figures, off, gives))
     title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
     told = tuple(_shortcuts(sizing, found))
@@ -220,10 +217,6 @@ def _name(one: Candidate) -> str:
         "approximate": _("accumulated areas"),
         "inertia_torque_flywheel": _("inertia torque"),
     }[one.key]
-
-
-def _inertia(value: float, error: float, units: TradeUnits) -> str:
-    return "?" if 0.0 < value <= error else units.of(value, "inertia", error)
 
 
 def _off(one: Candidate) -> str:
@@ -276,7 +269,11 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
         if too_large:
             yield _("The approximate methods give a flywheel although none is needed.")
         return
-    shortcuts = [one for one in found if one.key != "exact"]
+    if found[0].only_bound:
+        yield _("This flywheel keeps the irregularity. Whether a lighter one does is unknown.")
+    shortcuts = [one for one in found if one.off is not None]
+    if not shortcuts:
+        return
     if all(abs(one.off or 0.0) <= max(_SAME_FLYWHEEL, one.off_error) for one in shortcuts):
         yield _("Both approximate methods agree with the exact one here.")
         return

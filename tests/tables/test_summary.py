@@ -88,6 +88,17 @@ def test_what_is_not_confirmed_or_not_reached_is_said():
     assert "353.5 ± 1.1" in text or "354 ± 1" in text
 
 
+def test_a_flywheel_that_keeps_the_limit_where_lighter_ones_are_unknown_is_an_upper_bound():
+    known = sized()
+    bound = replace(known, error=known.error._replace(exact=1.0), run=known.run._replace(irregularity=0.03))
+    found = block(bound, "flywheel")
+    assert found.table[0][1:3] == ("≤ 353.52", "≤ 1414.1")
+    assert found.sentences == ("This flywheel keeps the irregularity. Whether a lighter one does is unknown.",)
+    assert block(replace(known, error=bound.error), "flywheel").table[0][1:3] == ("?", "?")
+    assert "≤ 353.521" in scene_report.text(bound)
+    assert "too small" not in scene_report.text(bound)
+
+
 def test_units_of_the_united_states_are_those_of_the_same_figures():
     sizing = sized()
     found = block(sizing, "flywheel", "us")
