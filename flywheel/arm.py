@@ -124,8 +124,8 @@ class TwoLinkArm:
                 faults += number_faults(f"{name}.{key}", value, *limit)
         faults += number_faults("gravity", self.gravity, unit="m/s²")
         if not faults and not self.constants.least > 0.0:
-            found = "bars that can turn without moving any mass"
-            faults.append(Fault("arm", found, "inertia about the pins", "give a bar an inertia, or its mass a distance"))
+            defect = "bars that can turn without moving any mass"
+            faults.append(Fault("arm", defect, "inertia about the pins", "give a bar an inertia, or its mass a distance"))
         refuse(faults)
 
     @cached_property
@@ -273,10 +273,10 @@ def reactions(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, qddot: ArrayLike) 
     return Reactions(elbow + arm.first.mass * (arm.first.com * per_metre[:, 0] + lift), elbow)
 
 
-def _pairs(arm: TwoLinkArm, **given: ArrayLike) -> list[Array]:
+def _pairs(arm: TwoLinkArm, **values: ArrayLike) -> list[Array]:
     """Arguments by name, each one value for each bar or arrays of one shape; the arm must be one."""
     require("arm", arm, TwoLinkArm, "a TwoLinkArm")
-    pairs = {name: pair_of(name, values) for name, values in given.items()}
+    pairs = {name: pair_of(name, values) for name, values in values.items()}
     shapes = {pair.shape for pair in pairs.values() if pair.ndim > 1}
     if len(shapes) > 1:
         name, pair = list(pairs.items())[-1]
@@ -348,15 +348,15 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
     import sympy as sp
     from sympy.simplify.fu import TR8  # type: ignore[import-untyped]
 
-    wanted = f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)"
-    require("joints", joints, str, wanted)
+    expected = f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)"
+    require("joints", joints, str, expected)
     if not 0 < len(joints) <= _MOST_JOINTS or set(joints) - set("RP"):
-        raise SceneError([Fault("joints", shown(joints), wanted)])
+        raise SceneError([Fault("joints", shown(joints), expected)])
     count, t = len(joints), sp.Symbol("t", real=True)
     q = tuple(sp.Function(f"q{k}", real=True)(t) for k in range(1, count + 1))
     names = [f"{letter}{k}" for k in range(1, count + 1) for letter in "lmIc"]
     names.remove(f"l{count}")
-    given = dict(zip(names, sp.symbols(names, positive=True), strict=True)) | {"g": sp.Symbol("g", positive=True)}
+    symbols = dict(zip(names, sp.symbols(names, positive=True), strict=True)) | {"g": sp.Symbol("g", positive=True)}
     torques = tuple(sp.Symbol(f"{'T' if kind == 'R' else 'F'}{k}", real=True) for k, kind in enumerate(joints, 1))
     end, angle, twice, potential, power = sp.zeros(2, 1), sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(0)
     for k, (kind, own, drive) in enumerate(zip(joints, q, torques, strict=True), 1):
@@ -368,17 +368,17 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
             before, angle = angle, angle + own if relative else own
             along = sp.Matrix([-sp.sin(angle), sp.cos(angle)])
             power += drive * (angle - before).diff(t)
-        centre = end + given[f"c{k}"] * along
-        twice += given[f"m{k}"] * centre.diff(t).dot(centre.diff(t)) + given[f"I{k}"] * angle.diff(t) ** 2
-        potential += given[f"m{k}"] * given["g"] * centre[1]
-        end = end + given.get(f"l{k}", 0) * along
+        centre = end + symbols[f"c{k}"] * along
+        twice += symbols[f"m{k}"] * centre.diff(t).dot(centre.diff(t)) + symbols[f"I{k}"] * angle.diff(t) ** 2
+        potential += symbols[f"m{k}"] * symbols["g"] * centre[1]
+        end = end + symbols.get(f"l{k}", 0) * along
     kinetic = sp.expand(TR8(sp.expand(twice / 2)))  # products of sines and cosines to sums: all that there is to simplify
     potential, rates = sp.expand(potential), [own.diff(t) for own in q]
     lagrangian = kinetic - potential
     left = [sp.expand(lagrangian.diff(rate).diff(t) - lagrangian.diff(own)) for own, rate in zip(q, rates, strict=True)]
     mass = sp.Matrix(count, count, lambda i, j: sp.factor(kinetic.diff(rates[i]).diff(rates[j])))
     right = tuple(sp.expand(power).diff(rate) for rate in rates)
-    return LagrangeEquations(t, q, tuple(given.values()), torques, kinetic, potential, tuple(left), right, mass)
+    return LagrangeEquations(t, q, tuple(symbols.values()), torques, kinetic, potential, tuple(left), right, mass)
 
 
 Torques = Callable[[float, Array, Array], ArrayLike]
@@ -438,8 +438,8 @@ def simulate_arm(
 
     require("arm", arm, TwoLinkArm, "a TwoLinkArm")
     refuse([*number_faults("until", until, POSITIVE), *number_faults("rtol", rtol, POSITIVE)])
-    given = {"q": pair_of("q", q), "qdot": pair_of("qdot", qdot)}
-    refuse([Fault(name, f"an array of shape {pair.shape}", "shape (2,)") for name, pair in given.items() if pair.ndim > 1])
+    starts = {"q": pair_of("q", q), "qdot": pair_of("qdot", qdot)}
+    refuse([Fault(name, f"an array of shape {pair.shape}", "shape (2,)") for name, pair in starts.items() if pair.ndim > 1])
 
     def rates(t: float, state: Array) -> Array:
         angles, speeds = state[0:2], state[2:4]
@@ -447,19 +447,19 @@ def simulate_arm(
         power = applied[0] * speeds[0] + applied[1] * (speeds[1] - speeds[0])
         return np.concatenate((speeds, accelerations(arm, angles, speeds, applied), [power]))
 
-    start = np.concatenate((*given.values(), [0.0]))
+    start = np.concatenate((*starts.values(), [0.0]))
     step = max(rtol, _FINEST)
-    found: Any = solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=step, atol=step, dense_output=True)
-    if not found.success:
-        raise SceneError([Fault("until", f"{until:g} s", f"a motion that can be followed: it stops at {found.t[-1]:g} s")])
-    angles, speeds, work = found.y[0:2], found.y[2:4], found.y[4]
+    run: Any = solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=step, atol=step, dense_output=True)
+    if not run.success:
+        raise SceneError([Fault("until", f"{until:g} s", f"a motion that can be followed: it stops at {run.t[-1]:g} s")])
+    angles, speeds, work = run.y[0:2], run.y[2:4], run.y[4]
     kinetic, potential = energy(arm, angles, speeds)
     total = kinetic + potential
     scale = max(float(kinetic.max()), float(np.ptp(potential)), 1e-300)
     residual = float(np.abs(total - total[0] - work).max()) / scale
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        state = found.sol(array("times", times))
+        state = run.sol(array("times", times))
         return state[0:2], state[2:4]
 
-    return ArmMotion(found.t, angles, speeds, kinetic, potential, work, residual, at)
+    return ArmMotion(run.t, angles, speeds, kinetic, potential, work, residual, at)

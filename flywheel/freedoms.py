@@ -144,12 +144,12 @@ def _actions(
     drives: Mapping[str, Law] | None = None,
 ) -> Actions:
     """All actions, checked."""
-    for name, given, kind, what in (
+    for name, source, kind, what in (
         ("loads", loads, (Force, Torque, Effort), "a list of Force, Torque and Effort"),
         ("springs", springs, (Spring, Strut), "a list of Spring and Strut"),
     ):
-        if isinstance(given, (*kind, str, Mapping)) or not isinstance(given, Iterable):
-            raise SceneError([Fault(name, shown(given), what)])
+        if isinstance(source, (*kind, str, Mapping)) or not isinstance(source, Iterable):
+            raise SceneError([Fault(name, shown(source), what)])
     pushes, elastic = tuple(loads), tuple(springs)
     movable = {joint.name: joint for joint in linkage.joints if joint.kind != FIXED}
     for k, load in enumerate(pushes):
@@ -194,22 +194,22 @@ def _end_faults(linkage: Linkage, path: str, end: Any) -> list[Fault]:
 def _number(law: Any, t: float, q: Array, qdot: Array, path: str) -> float:
     """A law's value, which must be a finite number."""
     value = law(t, q, qdot) if callable(law) else law
-    found = array(path, value)
-    if found.ndim:
-        raise SceneError([Fault(path, f"an array of shape {found.shape}", "a finite number")])
-    return float(found)
+    number = array(path, value)
+    if number.ndim:
+        raise SceneError([Fault(path, f"an array of shape {number.shape}", "a finite number")])
+    return float(number)
 
 
 def _loads_at(actions: Actions, t: float, q: Array, qdot: Array) -> list[Load]:
     """The loads with numbers in place of functions."""
-    found: list[Load] = []
+    all_loads: list[Load] = []
     for k, load in enumerate(actions.loads):
         if isinstance(load, Force):
             x, y = (_number(part, t, q, qdot, f"loads[{k}].{axis}") for axis, part in (("x", load.x), ("y", load.y)))
-            found.append(load._replace(x=x, y=y))
+            all_loads.append(load._replace(x=x, y=y))
         else:
-            found.append(load._replace(value=_number(load.value, t, q, qdot, f"loads[{k}].value")))
-    return found
+            all_loads.append(load._replace(value=_number(load.value, t, q, qdot, f"loads[{k}].value")))
+    return all_loads
 
 
 def _elastic(spring: Spring | Strut, poses: Poses) -> tuple[list[Load], list[Load], Array]:
@@ -265,17 +265,17 @@ class Instant(NamedTuple):
 def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: Actions) -> Instant:
     """Lagrange's equations where the drivers move at qdot (rad/s, m/s)."""
     linkage, count = start.linkage, start.freedoms
-    found = fields(start, position, np.vstack((np.eye(count), qdot)))
-    v, spins = found.velocities[:count], found.spins[:count]
+    state = fields(start, position, np.vstack((np.eye(count), qdot)))
+    v, spins = state.velocities[:count], state.spins[:count]
     inertia = inner_products(start, v, spins, v, spins)
-    rest = inner_products(start, v, spins, found.accelerations[count:], found.turnings[count:])[:, 0]
+    rest = inner_products(start, v, spins, state.accelerations[count:], state.turnings[count:])[:, 0]
     weights = start.mass * complex(*actions.gravity)
     stored = (v.conj() * weights).real.sum(axis=1)
-    potential = -float(((found.origins + found.arms).conj() * weights).real.sum())
+    potential = -float(((state.origins + state.arms).conj() * weights).real.sum())
     other = np.zeros(count)
     if not actions.idle:
-        moving = found.velocities[-1] - 1j * found.spins[-1] * found.arms
-        value, rate = pose_array(found.origins, found.angles), pose_array(moving, found.spins[-1])
+        moving = state.velocities[-1] - 1j * state.spins[-1] * state.arms
+        value, rate = pose_array(state.origins, state.angles), pose_array(moving, state.spins[-1])
         poses = Poses(linkage, np.array([t]), value[..., None], rate[..., None], np.zeros((*value.shape, 1)))
 
         def powers(loads: list[Load]) -> Array:
@@ -307,8 +307,8 @@ def solution(linkage: Linkage, matrix: Array, right: Array, scales: Array) -> Ar
     else:
         moved = (diagonal <= 0.0).astype(float)
     names = [name for (name, _), part in zip(linkage.drivers, moved, strict=True) if abs(part) > 1e-6 * np.abs(moved).max()]
-    found = f"a singular inertia matrix: a motion of {' and '.join(names)} moves no mass"
-    raise SceneError([Fault(f"{linkage.path}.bodies", found, "an inertia in every motion", "give a body mass or inertia")])
+    defect = f"a singular inertia matrix: a motion of {' and '.join(names)} moves no mass"
+    raise SceneError([Fault(f"{linkage.path}.bodies", defect, "an inertia in every motion", "give a body mass or inertia")])
 
 
 class LagrangeEquations(NamedTuple):
@@ -364,15 +364,15 @@ def equations(
 
     """
     refuse(number_faults("t", t, unit="s"))
-    start, wanted, rows = driver_rows(linkage, q, qdot=qdot)
+    start, coordinates, rows = driver_rows(linkage, q, qdot=qdot)
     actions = _actions(linkage, gravity, loads, springs)
     count = start.freedoms
     directions, polarised = pair_directions(count)
     parts = []
-    for position, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True):
-        found, now = fields(start, position, directions), instant(start, position, t, rates, actions)
-        bends, turnings = polarised(found.accelerations), polarised(found.turnings)
-        v, spins = found.velocities[:count], found.spins[:count]
+    for position, rates in zip(stations(start, coordinates), rows["qdot"].T, strict=True):
+        columns, now = fields(start, position, directions), instant(start, position, t, rates, actions)
+        bends, turnings = polarised(columns.accelerations), polarised(columns.turnings)
+        v, spins = columns.velocities[:count], columns.spins[:count]
         christoffel = np.stack([inner_products(start, v, spins, a, b) for a, b in zip(bends, turnings, strict=True)], axis=1)
         slope = christoffel + christoffel.transpose(1, 0, 2)
         kinetic = 0.5 * rates @ now.mass @ rates
@@ -410,8 +410,8 @@ def energy(
         SceneError: as `positions`.
 
     """
-    found = equations(linkage, q, qdot, gravity=gravity, springs=springs)
-    return found.kinetic, found.potential
+    terms = equations(linkage, q, qdot, gravity=gravity, springs=springs)
+    return terms.kinetic, terms.potential
 
 
 def accelerations(
@@ -441,13 +441,13 @@ def accelerations(
         SceneError: as `equations`; for a motion of the drivers that moves no mass.
 
     """
-    start, wanted, rows = driver_rows(linkage, q, qdot=qdot)
+    start, coordinates, rows = driver_rows(linkage, q, qdot=qdot)
     actions = _actions(linkage, gravity, loads, springs, drives)
-    found = [
+    values = [
         acceleration(start, position, t, rates, actions)[0]
-        for position, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True)
+        for position, rates in zip(stations(start, coordinates), rows["qdot"].T, strict=True)
     ]
-    return shaped_as(np.stack(found, axis=-1), q)
+    return shaped_as(np.stack(values, axis=-1), q)
 
 
 def acceleration(
@@ -493,10 +493,10 @@ def driving_actions(
         SceneError: as `equations`.
 
     """
-    found = equations(linkage, q, qdot, gravity=gravity, loads=loads, springs=springs, t=t)
+    terms = equations(linkage, q, qdot, gravity=gravity, loads=loads, springs=springs, t=t)
     _, _, rows = driver_rows(linkage, q, qddot=qddot)
     turning = shaped_as(rows["qddot"], q)
-    actions = np.einsum("ij...,j...->i...", found.mass, turning) + found.rest - found.forces
+    actions = np.einsum("ij...,j...->i...", terms.mass, turning) + terms.rest - terms.forces
     return {driver.joint: np.asarray(action) for driver, action in zip(linkage.drivers, actions, strict=True)}
 
 
@@ -531,10 +531,10 @@ def reactions(
         SceneError: as `equations`, and as `flywheel.kinetostatics.reactions`.
 
     """
-    _, wanted, rows = driver_rows(linkage, q, qdot=qdot)
+    _, coordinates, rows = driver_rows(linkage, q, qdot=qdot)
     actions = _actions(linkage, gravity, loads, springs)
     poses = positions(linkage, q).motion(qdot, qddot, t)
-    columns = list(zip(poses.q.tolist(), wanted.T, rows["qdot"].T, strict=True))
+    columns = list(zip(poses.q.tolist(), coordinates.T, rows["qdot"].T, strict=True))
     each = [_loads_at(actions, *column) for column in columns]
     pushes: list[Load] = []
     for same in zip(*each, strict=True):
@@ -546,8 +546,8 @@ def reactions(
         elastic, damping, _ = _elastic(spring, poses)
         pushes += [*elastic, *damping]
     drivers = [driver.joint for driver in linkage.drivers]
-    found = reactions_at(poses, 1.0, drivers=drivers, gravity=gravity, loads=pushes, inertia=inertia, friction=friction)
-    return found._replace(coordinate=("position", "") if t is None else ("time", "s"))
+    forces = reactions_at(poses, 1.0, drivers=drivers, gravity=gravity, loads=pushes, inertia=inertia, friction=friction)
+    return forces._replace(coordinate=("position", "") if t is None else ("time", "s"))
 
 
 # -- simulation -----------------------------------------------------------------------------------------------------------
@@ -628,17 +628,17 @@ def simulate(
     (True, True, ())
 
     """
-    start, wanted, rows = driver_rows(linkage, q, qdot=qdot)
+    start, coordinates, rows = driver_rows(linkage, q, qdot=qdot)
     refuse([*number_faults("until", until, POSITIVE, "s"), *number_faults("rtol", rtol, POSITIVE)])
     actions = _actions(linkage, gravity, loads, springs, drives)
-    if wanted.shape[1] != 1:
-        raise SceneError([Fault("q", f"{wanted.shape[1]} positions", "the one at t = 0")])
+    if coordinates.shape[1] != 1:
+        raise SceneError([Fault("q", f"{coordinates.shape[1]} positions", "the one at t = 0")])
     rubbing = {joint.name: joint.friction for joint in linkage.joints if joint.friction}
     rubbing |= {coupling.name: coupling.friction for coupling in linkage.couplings if coupling.friction}
     ideal = "none: this motion is that of ideal joints", "set it to 0"
     refuse([Fault(f"{linkage.path}.{name}.friction", f"{size:.9g}", *ideal) for name, size in rubbing.items()])
-    z = end_of_way(start, start.z, wanted[:, 0] / start.scales)
-    state = np.concatenate((wanted[:, 0], rows["qdot"][:, 0], [0.0]))
+    z = end_of_way(start, start.z, coordinates[:, 0] / start.scales)
+    state = np.concatenate((coordinates[:, 0], rows["qdot"][:, 0], [0.0]))
     tolerance = max(_FIRST * rtol, _RATIO * _FINEST)
     coarse = _steps(start, z, state, until, tolerance, actions)
     while True:
@@ -686,11 +686,11 @@ def _difference(coarse: Any, fine: Any, start: Assembly) -> float:
     times = np.sort(np.concatenate((fine.s, 0.5 * (fine.s[1:] + fine.s[:-1]))))
     one, other = (np.array([steps.at(t) for t in times])[:, :-1] / np.tile(start.scales, 2) for steps in (coarse, fine))
     count = start.freedoms
-    found = 0.0
+    difference = 0.0
     for part, origin in ((slice(count), other[0, :count]), (slice(count, None), 0.0)):
         gap, size = np.abs(one[:, part] - other[:, part]).max(), np.abs(other[:, part] - origin).max()
-        found = max(found, float(gap) / max(float(size), 1e-300))
-    return found
+        difference = max(difference, float(gap) / max(float(size), 1e-300))
+    return difference
 
 
 def _run(
@@ -718,11 +718,11 @@ def _run(
     residual = float(np.abs(total - total[0] - work).max()) / scale
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        wanted = array("times", times)
-        outside = wanted[(wanted < 0.0) | (wanted > steps.s[-1])]
+        instants = array("times", times)
+        outside = instants[(instants < 0.0) | (instants > steps.s[-1])]
         if outside.size:
             raise SceneError([Fault("times", f"{outside.flat[0]:g} s", f"times from 0 to {steps.s[-1]:g} s")])
-        table = np.array([steps.at(float(t)) for t in wanted.flat]).T.reshape(-1, *wanted.shape)
+        table = np.array([steps.at(float(t)) for t in instants.flat]).T.reshape(-1, *instants.shape)
         return table[:count], table[count : 2 * count]
 
     states = steps.states.T

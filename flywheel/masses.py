@@ -174,12 +174,12 @@ def four_masses(mass: float, inertia: float, places: ArrayLike) -> Equivalent:
     [2.0, 2.0, 2.0, 1.0]
 
     """
-    given = array("places", places)
-    if given.shape == (3, 2):
-        given = np.vstack((given, np.zeros(2)))
-    if given.shape != (4, 2):
-        raise SceneError([Fault("places", f"an array of shape {given.shape}", "three or four rows of x, y")])
-    return equivalent_masses(mass, inertia, given)
+    positions = array("places", places)
+    if positions.shape == (3, 2):
+        positions = np.vstack((positions, np.zeros(2)))
+    if positions.shape != (4, 2):
+        raise SceneError([Fault("places", f"an array of shape {positions.shape}", "three or four rows of x, y")])
+    return equivalent_masses(mass, inertia, positions)
 
 
 def ten_masses(mass: float, tensor: ArrayLike, places: ArrayLike | None = None) -> Equivalent:
@@ -239,8 +239,8 @@ def equivalent_masses(
     """
     points = _checked_places(places)
     dimensions = points.shape[1]
-    given = _checked_choice(chosen, points)
-    free = np.array([k for k in range(len(points)) if k not in given], dtype=np.intp)
+    fixed = _checked_choice(chosen, points)
+    free = np.array([k for k in range(len(points)) if k not in fixed], dtype=np.intp)
     _check_body(mass, inertia, dimensions)
     complete = _COMPLETE.get(len(free)) == dimensions
     reach = float(np.abs(points).max()) or 1.0
@@ -254,19 +254,19 @@ def equivalent_masses(
     powers = np.array(rows)
     sizes = np.linalg.svd(powers[:, free], compute_uv=False)
     if sizes[-1] <= _FLAT * sizes[0]:
-        found = _SURFACES[len(free), dimensions] + (" to be found" if given else "")
+        defect = _SURFACES[len(free), dimensions] + (" to be found" if fixed else "")
         advice = "they leave the masses open: move one"
         if dimensions == 2 and np.linalg.svd(points, compute_uv=False)[-1] <= _FLAT * reach:
             advice += "; points in line with the centre are given by one number each, shape (n, 1)"
-        raise SceneError([Fault("places", found, "points in general position", advice)])
-    wanted = np.zeros(len(free))
-    wanted[0] = mass
+        raise SceneError([Fault("places", defect, "points in general position", advice)])
+    targets = np.zeros(len(free))
+    targets[0] = mass
     if complete:
-        wanted[dimensions + 1 :] = _second_moments(np.asarray(inertia, dtype=float), dimensions) / reach**2
+        targets[dimensions + 1 :] = _second_moments(np.asarray(inertia, dtype=float), dimensions) / reach**2
     masses = np.zeros(len(points))
-    masses[list(given)] = list(given.values())
-    masses[free] = np.linalg.solve(powers[:, free], wanted - powers @ masses)
-    masses[free] += np.linalg.solve(powers[:, free], wanted - powers @ masses)
+    masses[list(fixed)] = list(fixed.values())
+    masses[free] = np.linalg.solve(powers[:, free], targets - powers @ masses)
+    masses[free] += np.linalg.solve(powers[:, free], targets - powers @ masses)
     return _judged(masses, points, mass, inertia)
 
 
@@ -365,26 +365,26 @@ def _checked_places(places: ArrayLike) -> Array:
 
 def _checked_choice(chosen: Mapping[int, float] | None, points: Array) -> dict[int, float]:
     """Chosen masses by point; SceneError where the rest is not as many points as decide the masses."""
-    given: Mapping[Any, float] = {} if chosen is None else chosen
-    require("chosen", given, Mapping, "masses (kg) by the number of their point, from 0")
+    fixed: Mapping[Any, float] = {} if chosen is None else chosen
+    require("chosen", fixed, Mapping, "masses (kg) by the number of their point, from 0")
     count, dimensions = points.shape
     faults = []
-    for k, value in given.items():
+    for k, value in fixed.items():
         if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < count:
             faults.append(Fault("chosen", f"point {shown(k)}", f"one from 0 to {count - 1}"))
         faults += number_faults(f"chosen[{k}]", value, unit="kg")
     refuse(faults)
-    left = count - len(given)
+    left = count - len(fixed)
     if dimensions in (_STATIC.get(left), _COMPLETE.get(left)):
-        return {int(k): float(value) for k, value in given.items()}
-    if not given and count <= max(k for k, d in _COMPLETE.items() if d == dimensions):
+        return {int(k): float(value) for k, value in fixed.items()}
+    if not fixed and count <= max(k for k, d in _COMPLETE.items() if d == dimensions):
         expected = "2 or 3 points on a line, 3 or 4 in a plane, 4 or 10 in space, one a row"
         raise SceneError([Fault("places", f"an array of shape {points.shape}", expected)])
     static, complete = (next(k for k, d in table.items() if d == dimensions) for table in (_STATIC, _COMPLETE))
-    found = f"{len(given)} masses for {count} points"
+    defect = f"{len(fixed)} masses for {count} points"
     expected = f"{max(count - complete, 0)} of them, or {max(count - static, 0)} for a static set"
     advice = f"the conditions decide {complete} masses, or {static} without the inertia"
-    raise SceneError([Fault("chosen", found, expected, advice)])
+    raise SceneError([Fault("chosen", defect, expected, advice)])
 
 
 def _check_body(mass: float, inertia: ArrayLike, dimensions: int) -> None:
@@ -412,6 +412,6 @@ def _tensor_fault(tensor: Array) -> Fault | None:
         return Fault("inertia", "a tensor that is not symmetric", "a symmetric one")
     low, middle, high = np.linalg.eigvalsh(tensor)
     if high - low - middle > _EXACT * scale:
-        found = f"principal moments {low:.6g}, {middle:.6g}, {high:.6g} kg m²"
-        return Fault("inertia", found, "none above the sum of the other two", "check the products' signs")
+        defect = f"principal moments {low:.6g}, {middle:.6g}, {high:.6g} kg m²"
+        return Fault("inertia", defect, "none above the sum of the other two", "check the products' signs")
     return None

@@ -24,8 +24,8 @@ __all__ = ["main"]
 _MODULES = ("machines", "studies", "motions")  # of commands, those that are asked for most often first
 
 
-def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
-    if not wanted or context.resilient_parsing:
+def _version(context: click.Context, parameter: click.Parameter, print_it: bool) -> None:
+    if not print_it or context.resilient_parsing:
         return
     from importlib.metadata import PackageNotFoundError, version
 

@@ -94,8 +94,8 @@ def size(
 
     --full prints all figures, including areas and reduced inertia.
     """
-    for option, given in (("units", units), ("language", language)):
-        if given is not None and (full or as_json):
+    for option, value in (("units", units), ("language", language)):
+        if value is not None and (full or as_json):
             raise click.UsageError(f"--{option} is for the summary: --{'json' if as_json else 'full'} is SI, in English.")
     exclusive(full=full, json=as_json)
     if no_simulate and accuracy not in (None, "fast", NORMAL):
@@ -109,8 +109,8 @@ def size(
         read = load(scene)
         if read.single_stroke is not None:
             options: dict[str, object] = {"accuracy": accuracy, "no-simulate": no_simulate, "explain": explain}
-            if given := next((name for name, value in options.items() if value), None):
-                raise click.UsageError(f"--{given} does not apply to [single_stroke]: every figure is that of the motion.")
+            if value := next((name for name, value in options.items() if value), None):
+                raise click.UsageError(f"--{value} does not apply to [single_stroke]: every figure is that of the motion.")
             _stroke_by_stroke(read, rtol, as_json, full, units, language, plot)
             return
         result, explained = sizing.size(read, rtol, accuracy=NORMAL if no_simulate else accuracy), None
@@ -147,12 +147,12 @@ def _stroke_by_stroke(
     from flywheel.tables import strokes
     from flywheel.tables.rows import encoded
 
-    found = single_stroke(scene, rtol)
+    stroke = single_stroke(scene, rtol)
     with use(language or "en"):
-        show(encoded(found.as_dict()) if as_json else strokes.full(found) if full else strokes.text(found, units or "si"))
+        show(encoded(stroke.as_dict()) if as_json else strokes.full(stroke) if full else strokes.text(stroke, units or "si"))
         if plot is not None:
             with written(plot):
-                found.plot(plot)
+                stroke.plot(plot)
 
 
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -224,14 +224,16 @@ def reduce(
     with reported(scene):
         from flywheel.tables.reduction import reduced
 
-        given = loaded(scene)
-        own = None if speed is None else speed_of(speed, slides(given), "--speed")
+        machine_scene = loaded(scene)
+        own = None if speed is None else speed_of(speed, slides(machine_scene), "--speed")
         if plot is not None:
             from flywheel.pictures import kinematics as picture
 
             with written(plot):
-                picture.plot_reduction(given, plot, of=of, speed=own)
-        text, conditions = reduced(given, coordinates(at, slides(given)), points or 360, speed=own, as_json=as_json)
+                picture.plot_reduction(machine_scene, plot, of=of, speed=own)
+        text, conditions = reduced(
+            machine_scene, coordinates(at, slides(machine_scene)), points or 360, speed=own, as_json=as_json
+        )
     if conditions:
         click.echo(conditions, err=True)
     hand_over(text, output, scene)
@@ -265,10 +267,10 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool
         from flywheel.reading.scenes import load
         from flywheel.tables.reduction import draw_graph, graph_map, graph_table, machine_graph, map_table
 
-        given = load(scene)
-        drawn, log = machine_graph(given, simplified=simpler)
+        source = load(scene)
+        drawn, log = machine_graph(source, simplified=simpler)
         with use(language or "en"):
-            rows = graph_map(drawn, given) if mapped else ()
+            rows = graph_map(drawn, source) if mapped else ()
             text = "\n".join([*map(message, log), map_table(drawn, rows, form) if mapped else graph_table(drawn, form)])
             if plot is not None:
                 with written(plot):
@@ -428,34 +430,36 @@ def reactions(
         from flywheel.motions.joint_forces import joint_errors, joint_forces
         from flywheel.tables import reduction as forces
 
-        given = loaded(scene)
+        machine_scene = loaded(scene)
         if course.wanted:
-            watching.sliding = slides(given)
-            run = course.follow(given, at[0] if at else None, watching)
+            watching.sliding = slides(machine_scene)
+            run = course.follow(machine_scene, at[0] if at else None, watching)
             result, dense_forces = _along(run, count, breaks, kinds)
         else:
-            kinds["speed"] = None if speed is None else speed_of(speed, slides(given), "--speed")
+            kinds["speed"] = None if speed is None else speed_of(speed, slides(machine_scene), "--speed")
             backwards = over == "time" and (kinds["speed"] or 0.0) < 0.0
-            result, dense_forces = _at(given, coordinates(at, slides(given)), count, breaks, kinds, backwards)
+            result, dense_forces = _at(
+                machine_scene, coordinates(at, slides(machine_scene)), count, breaks, kinds, backwards
+            )
         dense = dense_forces() if dense_forces is not None and (plot is not None or not as_data) else None
         if plot is not None:
-            drawn = dense or joint_forces(given, np.unique(result.motion.phi), **kinds)
+            drawn = dense or joint_forces(machine_scene, np.unique(result.motion.phi), **kinds)
             if over is not None and not hodograph:
-                _draw_curves(given, forces.cleared(drawn), (over, of, components, together), plot)
+                _draw_curves(machine_scene, forces.cleared(drawn), (over, of, components, together), plot)
             else:
                 _draw_hodographs(forces.cleared(result if points and not course.wanted else drawn), of, plot)
         if as_json:
             errors = joint_errors(
-                result.machine or Machine(given), result, inertia=kinds["inertia"], friction=kinds["friction"]
+                result.machine or Machine(machine_scene), result, inertia=kinds["inertia"], friction=kinds["friction"]
             )
-            text = forces.forces_json(given, result, errors, of, components)
+            text = forces.forces_json(machine_scene, result, errors, of, components)
         elif as_csv:
-            text = forces.forces_csv(given, result, over, of, components)
+            text = forces.forces_csv(machine_scene, result, over, of, components)
         elif over is None and not of:
-            text = forces.forces_text(given, result, dense)
+            text = forces.forces_text(machine_scene, result, dense)
         else:
-            text = forces.curves_text(given, result, dense, over or "driver", of, components)
-        for message in forces.forces_messages(given, result) if as_data else ():
+            text = forces.curves_text(machine_scene, result, dense, over or "driver", of, components)
+        for message in forces.forces_messages(machine_scene, result) if as_data else ():
             click.echo(message, err=True)
     hand_over(text, output, scene)
 
@@ -494,18 +498,18 @@ def _along(
     return along_run(run, *evenly(trail, count, breaks), **kinds), partial(closely_along, run, **kinds)
 
 
-def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
+def _draw_hodographs(joint_forces_along: JointForces, of: Sequence[str], path: Path) -> None:
     """Draws one picture for each mechanism, over the machine's position; with several the file names contain their names."""
     from flywheel.motions.joint_forces import joints_named
     from flywheel.pictures.reactions import polar
 
-    wanted: dict[str, list[str]] = {}
-    for mechanism, joint in joints_named(found, of):
-        wanted.setdefault(mechanism, []).append(joint)
-    for name, joints in wanted.items():
-        own = found.mechanisms[name]
-        forces = own._replace(poses=own.poses._replace(q=found.motion.phi))
-        file = path if len(found.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
+    names: dict[str, list[str]] = {}
+    for mechanism, joint in joints_named(joint_forces_along, of):
+        names.setdefault(mechanism, []).append(joint)
+    for name, joints in names.items():
+        own = joint_forces_along.mechanisms[name]
+        forces = own._replace(poses=own.poses._replace(q=joint_forces_along.motion.phi))
+        file = path if len(joint_forces_along.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
         with written(file):
             polar(forces, file, joints)
             click.echo(f"wrote {file}", err=True)

@@ -92,9 +92,9 @@ def simulate(
     with reported(scene), watched(end) as watching:
         from flywheel.tables import motions
 
-        given = loaded(scene)
-        watching.sliding = slides(given)
-        course = CourseOptions(start, end, no_drive, wheel).follow(given, place, watching, rtol)
+        machine_scene = loaded(scene)
+        watching.sliding = slides(machine_scene)
+        course = CourseOptions(start, end, no_drive, wheel).follow(machine_scene, place, watching, rtol)
         if plot is not None:
             from flywheel.pictures import kinematics as picture
 
@@ -179,8 +179,8 @@ def motion(
     """
     course = CourseOptions(start, None if law else end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
-    given = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.wanted}
-    named = [name for name, value in given.items() if value]
+    drivers = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.wanted}
+    named = [name for name, value in drivers.items() if value]
     if len(named) > 1:
         exclusive(**dict.fromkeys(named[:2], True))
     if wheel is not None and not (regime or course.wanted):
@@ -307,11 +307,11 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
     with reported(scene):
         from flywheel.pictures.mechanisms import draw
 
-        given = loaded(scene)
-        wanted = coordinates(at, slides(given))
+        machine_scene = loaded(scene)
+        coordinates_drawn = coordinates(at, slides(machine_scene))
         target = _target(scene, output, ".png")
         with written(target):
-            draw(given, target, at=wanted, points=points)
+            draw(machine_scene, target, at=coordinates_drawn, points=points)
             _tell(output, target)
 
 
@@ -334,10 +334,10 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     with reported(scene):
         from flywheel.pictures.animation import animate
 
-        given = loaded(scene)
+        machine_scene = loaded(scene)
         target = _target(scene, output, ".gif")
         with written(target):
-            animate(given, target, frames=frames, fps=fps)
+            animate(machine_scene, target, frames=frames, fps=fps)
             _tell(output, target)
 
 

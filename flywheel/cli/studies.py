@@ -99,7 +99,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
 @SCENE
 @click.option(
     "--vary",
-    "asked",
+    "spans",
     callback=varied,
     metavar="PATH=LOW:HIGH:COUNT",
     multiple=True,
@@ -154,7 +154,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
 @click.option("--rows", type=click.IntRange(2, 1000), default=_ROWS, show_default=True, help="Designs in the table shown.")
 def sweep(
     scene: Path,
-    asked: list[tuple[str, list[str], int]],
+    spans: list[tuple[str, list[str], int]],
     samples: int | None,
     method: str,
     seed: int,
@@ -173,12 +173,12 @@ def sweep(
     A number is named by its path: keys joined by dots, items of arrays counted from 0 (load.0.from). A faulty design is
     refused alone, with its reason. Ctrl-C ends a sweep and keeps the finished designs: the same command continues it.
     """
-    if bool(asked) == (rows_of is not None):
-        raise click.UsageError("Missing option '--vary', or '--designs'." if not asked else "--vary excludes --designs.")
-    for path, texts, count in asked:
+    if bool(spans) == (rows_of is not None):
+        raise click.UsageError("Missing option '--vary', or '--designs'." if not spans else "--vary excludes --designs.")
+    for path, texts, count in spans:
         if (count == 1) != (samples is not None and len(texts) > 1):
-            told = "is not a PATH=LOW:HIGH, as --samples takes it" if samples is not None else _EXPECTED
-            raise click.BadParameter(f"'{path}={':'.join(texts)}' {told}.", param_hint="--vary")
+            defect = "is not a PATH=LOW:HIGH, as --samples takes it" if samples is not None else _EXPECTED
+            raise click.BadParameter(f"'{path}={':'.join(texts)}' {defect}.", param_hint="--vary")
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, table, plot, npz, parquet)
     with reported(scene):
@@ -188,12 +188,12 @@ def sweep(
         from flywheel.reading.paths import dotted
         from flywheel.tables import designs
 
-        given, source = loaded(scene), "--vary" if rows_of is None else "--designs"
-        columns: dict[str, Any] = {dotted(path): () for path, *_ in asked}
+        machine_scene, source = loaded(scene), "--vary" if rows_of is None else "--designs"
+        columns: dict[str, Any] = {dotted(path): () for path, *_ in spans}
         pool = jobs if jobs is not None and jobs > 1 else None
         files = [file for file in (npz, parquet, table) if file is not None]
         try:
-            columns = varied_columns(given, asked) if rows_of is None else study.read_columns(given, rows_of)
+            columns = varied_columns(machine_scene, spans) if rows_of is None else study.read_columns(machine_scene, rows_of)
             if samples is not None:
                 ranges = {path: (ends[0], ends[-1]) for path, ends in columns.items()}
                 columns = study.sampled(ranges, samples, method, seed)
@@ -201,7 +201,7 @@ def sweep(
                 needed("pyarrow", "--parquet")
             grid = rows_of is None and samples is None
             with written(files[0] if files else STANDARD_OUTPUT, at_once=True):
-                result = study.sweep(given, columns, rtol, grid=grid, executor=pool, engine=engine, file=files)
+                result = study.sweep(machine_scene, columns, rtol, grid=grid, executor=pool, engine=engine, file=files)
         except SceneError as error:
             _refuse_arguments(error, {*map(str, files)}, source, columns, rows_of)
             raise
@@ -229,11 +229,11 @@ def _refuse_arguments(
     error: SceneError, files: set[str], source: str, columns: dict[str, Any], rows_of: Path | None
 ) -> None:
     """Reports faults of paths, or of another sweep's file, as faults of the arguments, not of a line of the scene."""
-    known, line = (
+    texts, line = (
         {*columns, "engine", "columns", "--parquet", "a table of designs", "samples"},
         f"{rows_of and rows_of.name}, ",
     )
-    if any(fault.path not in known and not fault.path.startswith((line, *files)) for fault in error.faults):
+    if any(fault.path not in texts and not fault.path.startswith((line, *files)) for fault in error.faults):
         return
     for fault in error.faults:
         click.echo(f"{source} {fault}" if fault.path in columns else str(fault), err=True)
@@ -270,8 +270,8 @@ def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, 
             raise click.BadParameter(f"{text!r} is not a {expected}{', nor PATH=±SIGMA' if alone else ''}.")
         if path in intervals:
             raise click.BadParameter(f"{path} is given twice.")
-        values_found = [_value(part) for part in parts]
-        intervals[path] = values_found[0] if sigma else tuple(values_found)
+        numbers = [_value(part) for part in parts]
+        intervals[path] = numbers[0] if sigma else tuple(numbers)
     return intervals
 
 
@@ -339,10 +339,10 @@ def sensitivities(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        given = loaded(scene)
+        machine_scene = loaded(scene)
         with _arguments(dict.fromkeys((*paths, *of))):
             names = tuple(figure_names(of))
-            result = study.sensitivities(given, paths or None, engine=engine)
+            result = study.sensitivities(machine_scene, paths or None, engine=engine)
             study.known_figures(result, names)
         if plot is not None:
             from flywheel.pictures import designs as picture
@@ -405,11 +405,11 @@ def tolerance(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        given, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine, keep=keep)
+        machine_scene, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine, keep=keep)
         options |= {"quantiles": quantiles} if quantiles else {}
         with _arguments(vary, dict.fromkeys(of)):
             names = tuple(figure_names(of))
-            result = study.tolerance(given, vary, figures=names or None, **options)
+            result = study.tolerance(machine_scene, vary, figures=names or None, **options)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
@@ -476,9 +476,9 @@ def optimize(
         from flywheel.tables.rows import encoded
 
         options: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
-        given = loaded(scene)
+        machine_scene = loaded(scene)
         with _arguments(over, limits):
-            result = study.optimize(given, minimize, **options, engine=engine)
+            result = study.optimize(machine_scene, minimize, **options, engine=engine)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
@@ -585,7 +585,7 @@ def motor(
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        given = loaded(scene)
+        machine_scene = loaded(scene)
         try:
             table = read_catalogue(catalogue, skip_faulty=skip_faulty)
         except SceneError as error:
@@ -596,7 +596,7 @@ def motor(
             click.echo(f"left out: {fault}", err=True)
         with _arguments({"ratio": None}):
             result = study.suitable_motors(
-                given,
+                machine_scene,
                 table,
                 ratio=ratio,
                 at=angle,

@@ -148,10 +148,10 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     refuse(faults)
     moments = []
     for name, moment in (("drive", drive), ("load", load)):
-        found = array(name, moment)
-        if found.shape not in ((), speeds.shape):
-            raise SceneError([Fault(name, f"an array of shape {found.shape}", f"a number, or {speeds.size} of them")])
-        moments.append(np.broadcast_to(found, speeds.shape))
+        values = array(name, moment)
+        if values.shape not in ((), speeds.shape):
+            raise SceneError([Fault(name, f"an array of shape {values.shape}", f"a number, or {speeds.size} of them")])
+        moments.append(np.broadcast_to(values, speeds.shape))
     driving, loading = moments
     steady = (speeds.max() + speeds.min()) / 2 if speed is None else speed
     refuse(number_faults("speed", steady, POSITIVE, "rad/s"))

@@ -186,8 +186,8 @@ class _GearTrain:
         if apart := [name for name in shafts if name not in self.gains]:
             raise SceneError([Fault("stages", f"no stage to {', '.join(apart)}", "stages that join all shafts")])
         if len(stages) >= len(shafts):
-            found, wanted = f"{len(stages)} stages between {len(shafts)} shafts", "one stage fewer than shafts"
-            raise SceneError([Fault("stages", found, wanted, "a closed loop shares its load by stiffness")])
+            defect, expected = f"{len(stages)} stages between {len(shafts)} shafts", "one stage fewer than shafts"
+            raise SceneError([Fault("stages", defect, expected, "a closed loop shares its load by stiffness")])
 
     def free(self, direction: int) -> Running:
         """The motion under the shafts' own torques."""
@@ -204,23 +204,23 @@ class _GearTrain:
 
     def at(self, alpha: float, direction: int) -> Running:
         """The motion with the root at an acceleration, and the torque that it needs."""
-        asked = {
+        numbers = {
             name: shaft.inertia * self.gains[name] * alpha - shaft.torque + direction * shaft.friction
             for name, shaft in self.shafts.items()
         }
         slopes = {name: shaft.inertia * self.gains[name] for name, shaft in self.shafts.items()}
         meshes = {}
         for far, near, ratio, stage in reversed(self.branches):
-            tau = asked[far]
+            tau = numbers[far]
             outward = tau * direction >= 0.0
             felt = ratio * (1.0 / stage.efficiency if outward else stage.efficiency)
-            asked[near] += felt * tau
+            numbers[near] += felt * tau
             slopes[near] += felt * slopes[far]
-            taken, given, forward = felt * tau, tau, outward
+            taken, delivered, forward = felt * tau, tau, outward
             if stage.driving != near:  # the root is on the driven side
-                taken, given, forward = -tau, -felt * tau, not outward
-            meshes[stage] = Mesh(stage.driving, stage.driven, taken, given, forward, taken - stage.ratio * given)
-        torque, inertia = asked[self.root], slopes[self.root]
+                taken, delivered, forward = -tau, -felt * tau, not outward
+            meshes[stage] = Mesh(stage.driving, stage.driven, taken, delivered, forward, taken - stage.ratio * delivered)
+        torque, inertia = numbers[self.root], slopes[self.root]
         accelerations = {name: self.gains[name] * alpha for name in self.order}
         ordered = tuple(meshes[stage] for stage in self.stages)
         return Running(self.root, direction, accelerations, inertia, inertia * alpha - torque, torque, ordered)
@@ -326,9 +326,9 @@ def on_every_shaft(
     for name, ratio in ratios.items():
         faults += number_faults(f"ratios.{name}", ratio, POSITIVE)
     sizes = {"radius": (radius, "m"), "rim_speed": (rim_speed, "m/s")}
-    given = {name: pair for name, pair in sizes.items() if pair[0] is not None}
-    faults += [f for name, (value, unit) in given.items() for f in number_faults(name, value, POSITIVE, unit)]
-    if len(given) > 1:
+    complete = {name: pair for name, pair in sizes.items() if pair[0] is not None}
+    faults += [f for name, (value, unit) in complete.items() for f in number_faults(name, value, POSITIVE, unit)]
+    if len(complete) > 1:
         faults.append(Fault("radius", "radius and rim_speed", "one of the two at most"))
     refuse([*faults, *name_faults("on", on, ratios)])
     shafts = []

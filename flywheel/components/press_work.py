@@ -160,9 +160,9 @@ def speed_after(inertia: float, speed: float, energy: float) -> float:
     refuse(faults + number_faults("energy", energy, unit="J"))
     squared = speed**2 - 2 * energy / inertia
     if squared < 0.0:
-        held = inertia * speed**2 / 2
+        stored = inertia * speed**2 / 2
         advice = "the machine stops: a larger flywheel or a greater speed"
-        raise SceneError([Fault("energy", f"{energy:g} J", f"at most the {held:.6g} J that the flywheel holds", advice)])
+        raise SceneError([Fault("energy", f"{energy:g} J", f"at most the {stored:.6g} J that the flywheel holds", advice)])
     return sqrt(squared)
 
 
@@ -355,11 +355,13 @@ def press_at(energy: float, power: float, busy: float, efficiency: float = 1.0, 
     return press_cycle(energy, cycle, busy, efficiency, drive_efficiency)
 
 
-def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0, drive_efficiency: float = 1.0) -> PressCycle:
+def press_of(
+    released: float, cycle: float, busy: float, efficiency: float = 1.0, drive_efficiency: float = 1.0
+) -> PressCycle:
     """A press whose flywheel is known to give an energy in each stroke: E = eta E_given/(1 - t_b/t_c).
 
     Args:
-        given: energy that the flywheel gives between its two speeds, J (`two_speeds.energy_given`).
+        released: energy that the flywheel gives between its two speeds, J (`two_speeds.energy_given`).
         cycle: t_c from stroke to stroke, s.
         busy: t_b, during which the tool works, s; the flywheel recovers in the rest.
         efficiency: eta from flywheel to tool, above 0, at most 1.
@@ -377,9 +379,9 @@ def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0, d
 
     """
     quantities = {"cycle": (cycle, POSITIVE, "s"), "busy": (busy, NOT_NEGATIVE, "s")}
-    _check(given=(given, NOT_NEGATIVE, "J"), **quantities)
+    _check(given=(released, NOT_NEGATIVE, "J"), **quantities)
     refuse(_share_faults(efficiency, drive_efficiency, busy, cycle))
-    return press_cycle(efficiency * given / (1.0 - busy / cycle), cycle, busy, efficiency, drive_efficiency)
+    return press_cycle(efficiency * released / (1.0 - busy / cycle), cycle, busy, efficiency, drive_efficiency)
 
 
 def safety_distance(approach: float, stopping: float, intrusion: float = 0.0) -> float:
@@ -452,9 +454,11 @@ def engage(
     slip, both = speed - driven_speed, inertia + driven_inertia
     common = (inertia * speed + driven_inertia * driven_speed) / both
     effective = inertia * driven_inertia / both
-    given = inertia * (driven_inertia * slip / both) * (speed + common) / 2
+    released = inertia * (driven_inertia * slip / both) * (speed + common) / 2
     taken = driven_inertia * (inertia * slip / both) * (common + driven_speed) / 2
-    return Engagement(common, effective * slip**2 / 2, given, taken, None if torque is None else effective * slip / torque)
+    return Engagement(
+        common, effective * slip**2 / 2, released, taken, None if torque is None else effective * slip / torque
+    )
 
 
 class SingleStroke(NamedTuple):
@@ -513,9 +517,9 @@ def single_stroke(
     _check(energy=(energy, NOT_NEGATIVE, "J"), **quantities)
     refuse(_share_faults(efficiency, drive_efficiency))
     joined = engage(inertia, speed, driven_inertia)
-    given = energy / efficiency - drive_efficiency * power * busy
-    after = speed_after(inertia + driven_inertia, joined.speed, given)
-    return SingleStroke(joined, given, after, (speed - after) / speed)
+    released = energy / efficiency - drive_efficiency * power * busy
+    after = speed_after(inertia + driven_inertia, joined.speed, released)
+    return SingleStroke(joined, released, after, (speed - after) / speed)
 
 
 def inertia_for_single_stroke(high: float, low: float, energy: float, driven_inertia: float = 0.0) -> float:
@@ -550,9 +554,7 @@ def inertia_for_single_stroke(high: float, low: float, energy: float, driven_ine
 
 def _check(**quantities: tuple[float, str, str]) -> None:
     """Refuses invalid numbers: name = (value, expected values, unit)."""
-    refuse(
-        [fault for name, (value, wanted, unit) in quantities.items() for fault in number_faults(name, value, wanted, unit)]
-    )
+    refuse([fault for name, (value, limit, unit) in quantities.items() for fault in number_faults(name, value, limit, unit)])
 
 
 def _share_faults(efficiency: float, drive_efficiency: float, busy: float = 0.0, cycle: float = 1.0) -> list[Fault]:
@@ -680,8 +682,8 @@ def steady_on_line(
     """
     lag = _lags(inertia, starting_torque, no_load_speed, load, busy, cycle)
     if lag.high >= no_load_speed:
-        found, advice = f"a torque of {load:g} N m under which the machine stops", "a larger flywheel or motor"
-        raise SceneError([Fault("load", found, "a torque that the motor and the flywheel carry", advice)])
+        defect, advice = f"a torque of {load:g} N m under which the machine stops", "a larger flywheel or motor"
+        raise SceneError([Fault("load", defect, "a torque that the motor and the flywheel carry", advice)])
     return Speeds(no_load_speed - lag.low, no_load_speed - lag.high)
 
 
@@ -715,8 +717,8 @@ def inertia_on_line(
     settled = load * busy / cycle
     _lags(1.0, starting_torque, no_load_speed, load, busy, cycle)
     if settled >= starting_torque:
-        found = f"a mean torque of {settled:g} N m"
-        raise SceneError([Fault("load", found, f"a mean below the starting torque, {starting_torque:g} N m")])
+        defect = f"a mean torque of {settled:g} N m"
+        raise SceneError([Fault("load", defect, f"a mean below the starting torque, {starting_torque:g} N m")])
 
     def excess(exponent: float) -> float:
         lag = _lags(exp(exponent), starting_torque, no_load_speed, load, busy, cycle)
@@ -725,8 +727,8 @@ def inertia_on_line(
     scale = log(starting_torque / no_load_speed * cycle)  # of the inertia whose time constant is the cycle
     low, high = scale - log(1e6), scale + log(1e6 / irregularity)
     if excess(low) <= 0.0:
-        found = f"{irregularity:g}, which the motor holds without a flywheel"
-        raise SceneError([Fault("irregularity", found, "a smaller one")])
+        defect = f"{irregularity:g}, which the motor holds without a flywheel"
+        raise SceneError([Fault("irregularity", defect, "a smaller one")])
     return exp(root(excess, low, high))
 
 

@@ -103,8 +103,8 @@ def material(
     0.3
 
     """
-    given = {"density": density, "allowable_stress": allowable, "strength": strength, "safety": safety}
-    faults = [fault for key, value in given.items() if value is not None for fault in number_faults(key, value, POSITIVE)]
+    values = {"density": density, "allowable_stress": allowable, "strength": strength, "safety": safety}
+    faults = [fault for key, value in values.items() if value is not None for fault in number_faults(key, value, POSITIVE)]
     if poisson is not None and (number_faults("poisson", poisson) or not 0.0 <= poisson <= 0.5):
         faults.append(Fault("poisson", f"{poisson}", "a number from 0 to 0.5"))
     refuse(faults)

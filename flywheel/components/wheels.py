@@ -62,76 +62,78 @@ _INSTEAD = {
 _WORDS = {DISC: "a disc", RIM: "a rim without arms", ARMS: "a rim with arms", LIGHTEST: "the lightest wheel"}
 
 
-def asked_faults(asked: WheelAsked) -> list[Fault]:
+def request_faults(request: WheelAsked) -> list[Fault]:
     """All faults of a request: names, numbers, too few dimensions or too many."""
-    if faults := _value_faults(asked):
+    if faults := _value_faults(request):
         return faults
-    shape, used = asked.shape, (*_USED[asked.shape], *_STEPS)
+    shape, used = request.shape, (*_USED[request.shape], *_STEPS)
     valid = f"one of {', '.join(_USED[shape])}"
     unused = [
-        Fault(asked.at_key(name), f"{name} of {_WORDS[shape]}", valid, _INSTEAD.get((shape, name), ""))
-        for name in asked.given(_NUMBERS)
+        Fault(request.at_key(name), f"{name} of {_WORDS[shape]}", valid, _INSTEAD.get((shape, name), ""))
+        for name in request.given(_NUMBERS)
         if name not in used
     ]
-    return unused or _dimension_faults(asked)
+    return unused or _dimension_faults(request)
 
 
-def _value_faults(asked: WheelAsked) -> list[Fault]:
+def _value_faults(request: WheelAsked) -> list[Fault]:
     """Unknown names, else numbers out of their range: above 0, a bore may be 0, a share at most 1, arms whole."""
     faults = []
-    for name, known in (("shape", WHEEL_SHAPES), ("method", METHODS), ("at", SPEEDS)):
-        if getattr(asked, name) not in known:
-            faults.append(Fault(asked.at_key(name), f'"{getattr(asked, name)}"', f"one of {', '.join(known)}"))
-    if not isinstance(asked.material, Material):
-        faults.append(Fault(asked.at_key("material"), f"{asked.material}", "a Material, such as material('carbon steel')"))
+    for name, names in (("shape", WHEEL_SHAPES), ("method", METHODS), ("at", SPEEDS)):
+        if getattr(request, name) not in names:
+            faults.append(Fault(request.at_key(name), f'"{getattr(request, name)}"', f"one of {', '.join(names)}"))
+    if not isinstance(request.material, Material):
+        faults.append(
+            Fault(request.at_key("material"), f"{request.material}", "a Material, such as material('carbon steel')")
+        )
     if faults:
         return faults
-    for name in asked.given(_NUMBERS):
-        value, zero = getattr(asked, name), name in ("bore", "torque")
+    for name in request.given(_NUMBERS):
+        value, zero = getattr(request, name), name in ("bore", "torque")
         if not fits(value) or value < 0.0 or (value == 0.0 and not zero):
-            faults.append(Fault(asked.at_key(name), f"{value}", f"a number {'at least' if zero else 'above'} 0"))
+            faults.append(Fault(request.at_key(name), f"{value}", f"a number {'at least' if zero else 'above'} 0"))
         elif name == "rim_share" and value > 1.0:
-            faults.append(Fault(asked.at_key(name), f"{value:g}", "a share above 0 and at most 1"))
+            faults.append(Fault(request.at_key(name), f"{value:g}", "a share above 0 and at most 1"))
         elif name == "arms" and (value != int(value) or not FEWEST <= value <= MOST):
-            faults.append(Fault(asked.at_key(name), f"{value:g}", f"a whole number from {FEWEST} to {MOST}"))
+            faults.append(Fault(request.at_key(name), f"{value:g}", f"a whole number from {FEWEST} to {MOST}"))
     return faults
 
 
-def _dimension_faults(asked: WheelAsked) -> list[Fault]:
+def _dimension_faults(request: WheelAsked) -> list[Fault]:
     """Too few dimensions or too many, an unlimited radius; arms without a hub, or with sections given twice."""
-    faults, path = [], asked.path or "wheel"
-    radii, section = asked.given(RADII), asked.given(SECTION)
-    if asked.shape == DISC:
+    faults, path = [], request.path or "wheel"
+    radii, section = request.given(RADII), request.given(SECTION)
+    if request.shape == DISC:
         names = ("outer_radius", "rim_speed", "max_radius", "width")
-        given = asked.given(names)
-        if len(given) != 1:
-            found = " and ".join(given) if given else f"none of {', '.join(names)}"
-            faults.append(Fault(path, found, f"exactly one of {', '.join(names)}", "the inertia decides the other"))
-    elif asked.shape == LIGHTEST and asked.max_radius is None:
-        faults.append(Fault(asked.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed"))
+        dimensions = request.given(names)
+        if len(dimensions) != 1:
+            defect = " and ".join(dimensions) if dimensions else f"none of {', '.join(names)}"
+            faults.append(Fault(path, defect, f"exactly one of {', '.join(names)}", "the inertia decides the other"))
+    elif request.shape == LIGHTEST and request.max_radius is None:
+        faults.append(Fault(request.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed"))
     elif not radii and not section:
         faults.append(Fault(path, f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section"))
     elif len(radii) > 1 or len(section) > (1 if radii else 2):
-        found = " and ".join(radii + section)
-        faults.append(Fault(path, found, "one radius and one of the section, or two of the section"))
+        defect = " and ".join(radii + section)
+        faults.append(Fault(path, defect, "one radius and one of the section, or two of the section"))
     if not faults:
-        fixed = asked.given(("outer_radius", "mean_radius", "rim_speed"))
-        free = asked.width is None if asked.shape == DISC else len(section) < 2
-        if (asked.shape == LIGHTEST or (not fixed and free)) and asked.material.allowable is None:
+        fixed = request.given(("outer_radius", "mean_radius", "rim_speed"))
+        free = request.width is None if request.shape == DISC else len(section) < 2
+        if (request.shape == LIGHTEST or (not fixed and free)) and request.material.allowable is None:
             expected = "a material, or a stress, that limits the size of the wheel"
-            faults.append(Fault(asked.at_key("allowable_stress"), "nothing", expected))
-        if asked.thin and asked.shape == DISC:
-            faults.append(Fault(asked.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
-    armed = asked.shape == ARMS or (asked.shape == LIGHTEST and asked.given(_ARMED))
-    if armed and not asked.given(_HUB):
-        faults.append(Fault(asked.at_key("bore"), "nothing", "bore or hub_diameter", "the arms stand on the hub"))
-    if asked.bore is not None and asked.hub_diameter is not None and asked.hub_diameter <= asked.bore:
-        found = f"{asked.hub_diameter:g} m with a bore of {asked.bore:g} m"
-        faults.append(Fault(asked.at_key("hub_diameter"), found, "a diameter above the bore"))
-    if asked.arm_share is not None and asked.given(("arm_width", "arm_thickness")):
-        faults.append(Fault(asked.at_key("arm_share"), "arm_share together with the arms' axes", "one or the other"))
-    if asked.arm_thickness is not None and asked.arm_width is None:
-        faults.append(Fault(asked.at_key("arm_thickness"), "arm_thickness alone", "arm_width with it"))
+            faults.append(Fault(request.at_key("allowable_stress"), "nothing", expected))
+        if request.thin and request.shape == DISC:
+            faults.append(Fault(request.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
+    armed = request.shape == ARMS or (request.shape == LIGHTEST and request.given(_ARMED))
+    if armed and not request.given(_HUB):
+        faults.append(Fault(request.at_key("bore"), "nothing", "bore or hub_diameter", "the arms stand on the hub"))
+    if request.bore is not None and request.hub_diameter is not None and request.hub_diameter <= request.bore:
+        defect = f"{request.hub_diameter:g} m with a bore of {request.bore:g} m"
+        faults.append(Fault(request.at_key("hub_diameter"), defect, "a diameter above the bore"))
+    if request.arm_share is not None and request.given(("arm_width", "arm_thickness")):
+        faults.append(Fault(request.at_key("arm_share"), "arm_share together with the arms' axes", "one or the other"))
+    if request.arm_thickness is not None and request.arm_width is None:
+        faults.append(Fault(request.at_key("arm_thickness"), "arm_thickness alone", "arm_width with it"))
     return faults
 
 
@@ -183,19 +185,19 @@ class Body(NamedTuple):
         return self.thickness * self.width
 
 
-def ring(asked: WheelAsked, outer: float, thickness: float, width: float) -> Body:
+def ring(request: WheelAsked, outer: float, thickness: float, width: float) -> Body:
     """The body of a required wheel, of a given outer radius, radial thickness and width (m)."""
-    inner = asked.hub_radius if asked.shape == DISC else outer - thickness
-    body = Body(asked.shape, outer, inner, thickness, width, asked.thin, asked.rim_share or 1.0)
-    if asked.shape != ARMS:
+    inner = request.hub_radius if request.shape == DISC else outer - thickness
+    body = Body(request.shape, outer, inner, thickness, width, request.thin, request.rim_share or 1.0)
+    if request.shape != ARMS:
         return body
-    bore, diameter = asked.bore or 0.0, 2 * asked.hub_radius
-    hub = Hub(bore, diameter, width if asked.hub_length is None else asked.hub_length)
-    count = int(asked.arms or COUNT)
-    if asked.arm_width is not None:
-        across = ASPECT * asked.arm_width if asked.arm_thickness is None else asked.arm_thickness
-        return body._replace(arms=Arms(count, asked.arm_width, across), hub=hub)
-    axis = (4 * (asked.arm_share or ARM_SHARE) * body.section / (pi * ASPECT)) ** 0.5
+    bore, diameter = request.bore or 0.0, 2 * request.hub_radius
+    hub = Hub(bore, diameter, width if request.hub_length is None else request.hub_length)
+    count = int(request.arms or COUNT)
+    if request.arm_width is not None:
+        across = ASPECT * request.arm_width if request.arm_thickness is None else request.arm_thickness
+        return body._replace(arms=Arms(count, request.arm_width, across), hub=hub)
+    axis = (4 * (request.arm_share or ARM_SHARE) * body.section / (pi * ASPECT)) ** 0.5
     return body._replace(arms=Arms(count, axis, ASPECT * axis), hub=hub)
 
 
@@ -285,39 +287,39 @@ class Radius(NamedTuple):
 class Need(NamedTuple):
     """A wheel to be made: its requirements, its inertia (kg m²), its speed (rad/s)."""
 
-    asked: WheelAsked
+    request: WheelAsked
     inertia: float
     speed: float
 
-    def of(self, asked: WheelAsked) -> Need:
-        """The need for another `asked`."""
-        return self._replace(asked=asked)
+    def of(self, request: WheelAsked) -> Need:
+        """The need for another `request`."""
+        return self._replace(request=request)
 
     def enough(self, body: Body) -> bool:
         """Tests whether a body has the inertia."""
-        return inertia(body, self.asked.material.density) >= self.inertia
+        return inertia(body, self.request.material.density) >= self.inertia
 
     def allowed(self, body: Body) -> bool:
         """Tests whether a body withstands the speed."""
-        allowable = self.asked.material.allowable
-        found = stress(body, self.asked.material, self.speed, self.asked.torque)
-        return allowable is None or max(found.values()) <= allowable
+        allowable = self.request.material.allowable
+        stresses = stress(body, self.request.material, self.speed, self.request.torque)
+        return allowable is None or max(stresses.values()) <= allowable
 
     @property
     def radius(self) -> Radius | None:
         """The radius, where it is given or follows from the rim's speed."""
-        asked = self.asked
-        if asked.rim_speed is not None:
-            return Radius(asked.rim_speed / self.speed, mean=asked.thin)
-        if asked.mean_radius is not None:
-            return Radius(asked.mean_radius, mean=True)
-        return None if asked.outer_radius is None else Radius(asked.outer_radius)
+        request = self.request
+        if request.rim_speed is not None:
+            return Radius(request.rim_speed / self.speed, mean=request.thin)
+        if request.mean_radius is not None:
+            return Radius(request.mean_radius, mean=True)
+        return None if request.outer_radius is None else Radius(request.outer_radius)
 
     @property
     def section(self) -> tuple[float, float] | None:
         """Thickness and width of a rim, (0, width) of a disc, where both are known; the inertia then gives the radius."""
-        ratio, width, thickness = self.asked.width_to_thickness, self.asked.width, self.asked.thickness
-        if self.asked.shape == DISC:
+        ratio, width, thickness = self.request.width_to_thickness, self.request.width, self.request.thickness
+        if self.request.shape == DISC:
             return None if width is None else (0.0, width)
         if thickness is not None and width is None and ratio is not None:
             width = ratio * thickness
@@ -331,53 +333,53 @@ _BOUNDLESS = Fault("needed", "an inertia too large for any wheel", "one that a w
 
 def solved(need: Need) -> Body:
     """The body whose inertia is just enough, with its radius, its section, or both as unknowns."""
-    asked, radius = need.asked, need.radius
+    request, radius = need.request, need.radius
     if need.section is not None:
         thickness, width = need.section
 
         def of_radius(outer: float) -> Body:
-            return ring(asked, outer, outer - asked.hub_radius if asked.shape == DISC else thickness, width)
+            return ring(request, outer, outer - request.hub_radius if request.shape == DISC else thickness, width)
 
-        outer = least(lambda outer: need.enough(of_radius(outer)), asked.hub_radius + thickness)
+        outer = least(lambda outer: need.enough(of_radius(outer)), request.hub_radius + thickness)
         if outer is None:
             raise SceneError([_BOUNDLESS])
         return of_radius(outer)
     body = _largest(need) if radius is None else _by_section(need, radius)
     if body is not None:
         return body
-    name = {DISC: "a disc", RIM: "a rim", ARMS: "a wheel with arms"}[asked.shape]
+    name = {DISC: "a disc", RIM: "a rim", ARMS: "a wheel with arms"}[request.shape]
     expected = f"one that can have {need.inertia:.6g} kg m^2"
     if radius is not None:
-        key = next(key for key in ("rim_speed", "mean_radius", "outer_radius") if getattr(asked, key) is not None)
-        found = f"{name} of {'mean ' * radius.mean}radius {radius.value:.6g} m"
-        raise SceneError([Fault(asked.at_key(key), found, expected, "enlarge the radius, or make it wider")])
-    if asked.material.allowable is not None and asked.max_radius is None:
-        found = f"{name} under {asked.material.allowable / 1e6:.6g} MPa at {need.speed:.6g} rad/s"
-        raise SceneError([Fault(asked.at_key("shape"), found, expected, "take a stronger material, or make it wider")])
-    found = f"{name} of at most {asked.max_radius:.6g} m under the allowable stress"
+        key = next(key for key in ("rim_speed", "mean_radius", "outer_radius") if getattr(request, key) is not None)
+        defect = f"{name} of {'mean ' * radius.mean}radius {radius.value:.6g} m"
+        raise SceneError([Fault(request.at_key(key), defect, expected, "enlarge the radius, or make it wider")])
+    if request.material.allowable is not None and request.max_radius is None:
+        defect = f"{name} under {request.material.allowable / 1e6:.6g} MPa at {need.speed:.6g} rad/s"
+        raise SceneError([Fault(request.at_key("shape"), defect, expected, "take a stronger material, or make it wider")])
+    defect = f"{name} of at most {request.max_radius:.6g} m under the allowable stress"
     advice = "enlarge the radius, make it wider, or take a stronger material"
-    raise SceneError([Fault(asked.at_key("max_radius"), found, expected, advice)])
+    raise SceneError([Fault(request.at_key("max_radius"), defect, expected, advice)])
 
 
 def _by_section(need: Need, radius: Radius) -> Body | None:
     """The body of a known radius with its section as unknown. None if even the heaviest has too little inertia."""
-    asked = need.asked
-    room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
+    request = need.request
+    room = (radius.value - request.hub_radius) * (2.0 if radius.mean else 1.0)
 
     def body(unknown: float) -> Body:
         """The body of a rim for a value of its thickness or, if that is known, of its width."""
-        if asked.shape == DISC:
+        if request.shape == DISC:
             thickness, width = room, unknown
-        elif asked.thickness is not None:
-            thickness, width = asked.thickness, unknown
+        elif request.thickness is not None:
+            thickness, width = request.thickness, unknown
         else:
-            width = (asked.width_to_thickness or RATIO) * unknown if asked.width is None else asked.width
+            width = (request.width_to_thickness or RATIO) * unknown if request.width is None else request.width
             thickness = unknown
-        return ring(asked, radius.outer(thickness), thickness, width)
+        return ring(request, radius.outer(thickness), thickness, width)
 
-    if room <= 0.0 or (asked.thickness is not None and asked.thickness > room):
+    if room <= 0.0 or (request.thickness is not None and request.thickness > room):
         return None
-    by_width = asked.shape == DISC or asked.thickness is not None
+    by_width = request.shape == DISC or request.thickness is not None
     unknown = least(lambda unknown: need.enough(body(unknown)), 0.0, inf if by_width else room)
     if unknown is None and by_width:
         raise SceneError([_BOUNDLESS])
@@ -386,7 +388,7 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
 
 def _largest(need: Need) -> Body | None:
     """The body of the greatest radius within the limit that the stress allows; None if there is none."""
-    limit = inf if need.asked.max_radius is None else need.asked.max_radius
+    limit = inf if need.request.max_radius is None else need.request.max_radius
 
     def too_large(outer: float) -> bool:
         made = _by_section(need, Radius(outer))
@@ -490,11 +492,11 @@ class Wheel:
         }
 
 
-def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None = None) -> Wheel:
+def wheel_of(request: WheelAsked, body: Body, speed: float, needed: float | None = None) -> Wheel:
     """A wheel of known dimensions at a speed (rad/s): masses, stresses and warnings.
 
     Args:
-        asked: material and torque; `body` overrides its dimensions.
+        request: material and torque; `body` overrides its dimensions.
         body: all dimensions.
         speed: of the wheel, for its stresses, rad/s.
         needed: inertia that it must have (kg m²); its own if None.
@@ -505,37 +507,41 @@ def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None =
     (110.977, 4.994, 104.7)
 
     """
-    made = parts(body, asked.material.density)
+    made = parts(body, request.material.density)
     inertia = sum(part.inertia for part in made)
-    found = stress(body, asked.material, speed, asked.torque)
-    wheel = Wheel(body, asked.material, speed, inertia if needed is None else needed, made, found)
-    return replace(wheel, warnings=tuple(_warnings(asked, wheel)))
+    stresses = stress(body, request.material, speed, request.torque)
+    wheel = Wheel(body, request.material, speed, inertia if needed is None else needed, made, stresses)
+    return replace(wheel, warnings=tuple(_warnings(request, wheel)))
 
 
-def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
+def _warnings(request: WheelAsked, wheel: Wheel) -> list[str]:
     """Warnings about the wheel, one sentence each."""
     body, usual, allowable = wheel.body, wheel.material.rim_speed, wheel.material.allowable
-    found = []
+    warnings = []
     if usual is not None and wheel.rim_speed > usual * (1 + ROUNDING):
-        found.append(f"the rim runs at {wheel.rim_speed:.4g} m/s; {wheel.material.name} usually stays below {usual:g} m/s")
+        warnings.append(
+            f"the rim runs at {wheel.rim_speed:.4g} m/s; {wheel.material.name} usually stays below {usual:g} m/s"
+        )
     if allowable is not None and wheel.greatest_stress > allowable * (1 + ROUNDING):
         stressed = f"the stress of {wheel.greatest_stress / 1e6:.4g} MPa ({wheel.place})"
         remedy = "take a smaller radius, another material, or shape lightest with a max_radius"
         if wheel.place.startswith("arms"):
             remedy = "enlarge arm_share or hub_diameter, or take another material"
-        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {remedy}")
+        warnings.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {remedy}")
     if body.width > 2 * body.outer:
-        found.append(f"the {body.width:.4g} m of its width are more than its diameter: the formulas are those of thin discs")
+        warnings.append(
+            f"the {body.width:.4g} m of its width are more than its diameter: the formulas are those of thin discs"
+        )
     if body.thin and body.thickness > _THICK * body.mean:
         share = body.thickness / body.mean
-        found.append(f"the rim is taken as thin, but it is {share:.0%} of its mean radius thick: take the exact method")
+        warnings.append(f"the rim is taken as thin, but it is {share:.0%} of its mean radius thick: take the exact method")
     if body.share < 1.0:
-        found.append(
+        warnings.append(
             f"hub and arms are taken to have {1 - body.share:.4g} of the inertia; the mass is that of the rim alone"
         )
-    if body.arms is not None and asked.torque is None:
-        found.append("no torque between hub and rim is given: the arms' bending by it is left out")
-    return found
+    if body.arms is not None and request.torque is None:
+        warnings.append("no torque between hub and rim is given: the arms' bending by it is left out")
+    return warnings
 
 
 _EXACT = 1e-9  # of a step: tolerance of a multiple of it
@@ -547,17 +553,17 @@ def rounded(need: Need, body: Body) -> Body:
     Given dimensions stay. A radius limited by speed or stress is rounded down until the stress is allowable; thickness, arms
     and finally width are rounded up.
     """
-    asked, step = need.asked, need.asked.size_step
+    request, step = need.request, need.request.size_step
     if step is None:
         return body
     if need.section is not None:
         outer = rounded_up(body.outer, step)
-        return ring(asked, outer, outer - body.inner if asked.shape == DISC else body.thickness, body.width)
-    found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
-    while need.radius is None and not need.allowed(found):
+        return ring(request, outer, outer - body.inner if request.shape == DISC else body.thickness, body.width)
+    wheel = _stepped_section(need.of(_with_radius(request, body, step)), step)
+    while need.radius is None and not need.allowed(wheel):
         body = body._replace(outer=body.outer - step)
-        found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
-    return found
+        wheel = _stepped_section(need.of(_with_radius(request, body, step)), step)
+    return wheel
 
 
 def rounded_up(value: float, step: float) -> float:
@@ -580,39 +586,39 @@ def rounded_down(value: float, step: float) -> float:
 
 def _stepped_section(need: Need, step: float) -> Body:
     """Thickness, arms and width rounded up unless given, at a given radius."""
-    asked, body = need.asked, solved(need)
-    if asked.shape != DISC:
+    request, body = need.request, solved(need)
+    if request.shape != DISC:
         if body.arms is not None:
             arms = rounded_up(body.arms.width, step), rounded_up(body.arms.thickness, step)
-            asked = asked._replace(arm_share=None, arm_width=arms[0], arm_thickness=arms[1])
-        thickness = asked.thickness
+            request = request._replace(arm_share=None, arm_width=arms[0], arm_thickness=arms[1])
+        thickness = request.thickness
         if thickness is None:
             thickness = rounded_up(body.thickness, step)
-            asked = asked._replace(thickness=thickness, width_to_thickness=None)
+            request = request._replace(thickness=thickness, width_to_thickness=None)
         radius = need.radius
-        if asked.width is not None and radius is not None:  # it was given: thickness went up instead
-            return ring(asked, radius.outer(thickness), thickness, asked.width)
-        body = solved(need.of(asked))
-    return ring(asked, body.outer, body.thickness, rounded_up(body.width, step))
+        if request.width is not None and radius is not None:  # it was given: thickness went up instead
+            return ring(request, radius.outer(thickness), thickness, request.width)
+        body = solved(need.of(request))
+    return ring(request, body.outer, body.thickness, rounded_up(body.width, step))
 
 
-def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
+def _with_radius(request: WheelAsked, body: Body, step: float) -> WheelAsked:
     """The request with a radius on a step, or unchanged if given."""
-    if asked.outer_radius is not None or asked.mean_radius is not None:
-        return asked
-    free = asked._replace(rim_speed=None, max_radius=None)
-    if asked.thin:
+    if request.outer_radius is not None or request.mean_radius is not None:
+        return request
+    free = request._replace(rim_speed=None, max_radius=None)
+    if request.thin:
         return free._replace(mean_radius=rounded_down(body.mean, step))
     return free._replace(outer_radius=rounded_down(body.outer, step))
 
 
-def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
+def choose(needed: float, speed: float, request: WheelAsked) -> Wheel:
     """The wheel of a given inertia, with its free dimension, rounded up if required.
 
     Args:
         needed: inertia of the wheel, kg m².
         speed: for stresses and rim speeds, rad/s: the greatest of its shaft (or the mean, by `asked.at`).
-        asked: shape, material, and the dimensions that are known.
+        request: shape, material, and the dimensions that are known.
 
     Raises:
         SceneError: if the dimensions are too few or too many, or no such wheel has that inertia or withstands that speed.
@@ -628,13 +634,13 @@ def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     (5.793662667, 0.021591015, 0.086364058)
 
     """
-    need = _checked(needed, speed, asked)
-    if asked.shape == LIGHTEST:
-        return least_mass(needed, speed, asked)
+    need = _checked(needed, speed, request)
+    if request.shape == LIGHTEST:
+        return least_mass(needed, speed, request)
     return _made(need)
 
 
-def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
+def least_mass(needed: float, speed: float, request: WheelAsked) -> Wheel:
     """The lightest wheel within a radius, under the allowable stress: the best disc against the best rim.
 
     At a given inertia a wheel of one shape is the lighter the larger it is, m = 2 I/(R² + r²): the best one of each shape
@@ -646,8 +652,8 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     Args:
         needed: inertia of the wheel, kg m².
         speed: for the stresses, rad/s.
-        asked: material and `max_radius`; of the rim's section width, thickness or their ratio, 2 without; bore or hub for a
-            disc with a hole and a rim with arms. Its shape is ignored.
+        request: material and `max_radius`; of the rim's section width, thickness or their ratio, 2 without; bore or hub for
+            a disc with a hole and a rim with arms. Its shape is ignored.
 
     Raises:
         SceneError: as `choose`, where neither shape can be made.
@@ -660,13 +666,13 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     ('rim', 87.52, 160.0)
 
     """
-    need = _checked(needed, speed, asked._replace(shape=LIGHTEST) if isinstance(asked, WheelAsked) else asked)
+    need = _checked(needed, speed, request._replace(shape=LIGHTEST) if isinstance(request, WheelAsked) else request)
     wheels: list[Wheel] = []
     faults: list[Fault] = []
-    asked = need.asked
-    disc = WheelAsked(DISC, asked.material, max_radius=asked.max_radius, bore=asked.bore, path=asked.path)
-    armed = asked.bore is not None or asked.hub_diameter is not None
-    for one in (disc._replace(size_step=asked.size_step), asked._replace(shape=ARMS if armed else RIM)):
+    request = need.request
+    disc = WheelAsked(DISC, request.material, max_radius=request.max_radius, bore=request.bore, path=request.path)
+    armed = request.bore is not None or request.hub_diameter is not None
+    for one in (disc._replace(size_step=request.size_step), request._replace(shape=ARMS if armed else RIM)):
         try:
             wheels.append(_made(need.of(one)))
         except SceneError as error:
@@ -677,13 +683,13 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     return replace(best, compared={wheel.shape: wheel.mass for wheel in wheels})
 
 
-def _checked(needed: float, speed: float, asked: WheelAsked) -> Need:
+def _checked(needed: float, speed: float, request: WheelAsked) -> Need:
     """The request after its checks; the inertia is rounded up to its step."""
-    require("asked", asked, WheelAsked, "a WheelAsked")
+    require("request", request, WheelAsked, "a WheelAsked")
     faults = [*number_faults("needed", needed, POSITIVE, "kg m²"), *number_faults("speed", speed, POSITIVE, "rad/s")]
-    refuse([*faults, *asked_faults(asked)])
-    return Need(asked, needed if asked.step is None else rounded_up(needed, asked.step), speed)
+    refuse([*faults, *request_faults(request)])
+    return Need(request, needed if request.step is None else rounded_up(needed, request.step), speed)
 
 
 def _made(need: Need) -> Wheel:
-    return wheel_of(need.asked, rounded(need, solved(need)), need.speed, need.inertia)
+    return wheel_of(need.request, rounded(need, solved(need)), need.speed, need.inertia)

@@ -79,14 +79,14 @@ def current() -> str:
 
 def text(message: str, **values: object) -> str:
     """The message in the language in use (English without a translation), with values inserted: `{name}`."""
-    told = catalogue(_current.get()).get(message, message)
-    return _joined(told.format(**values)) if values else told
+    translation = catalogue(_current.get()).get(message, message)
+    return _joined(translation.format(**values)) if values else translation
 
 
 def _joined(words: str) -> str:
     """A sentence with inserted parts by the grammar of the language in use."""
     pairs, instead = _JOINTS.get(_current.get(), (None, {}))
-    return pairs.sub(lambda found: instead[found[0]], words) if pairs else words
+    return pairs.sub(lambda match: instead[match[0]], words) if pairs else words
 
 
 def number(written: str) -> str:
@@ -94,7 +94,7 @@ def number(written: str) -> str:
     return _DECIMAL_POINT.sub(DECIMAL_MARKS[_current.get()], written)
 
 
-def message(told: str, numbers: bool = True) -> str:
+def message(words: str, numbers: bool = True) -> str:
     """A fault, remark or message in the language in use, quoted parts unchanged; English if no template fits.
 
     Numbers get the decimal mark of the language, unless they are those of a scene's text, which has points.
@@ -104,35 +104,35 @@ def message(told: str, numbers: bool = True) -> str:
     ¿quería decir "slider"? sin confirmar en el tiempo: el movimiento necesita demasiados pasos
     """
     language = _current.get()
-    if language == "en" or not told:
-        return told
-    translated = catalogue(language).get(told) or _by_templates(language, told)
+    if language == "en" or not words:
+        return words
+    translated = catalogue(language).get(words) or _by_templates(language, words)
     if not numbers:
         return _joined(translated)
     pieces = _QUOTED.split(_joined(translated))
     return "".join(piece if k % 2 else _FIGURE.sub(rf"\1{DECIMAL_MARKS[language]}", piece) for k, piece in enumerate(pieces))
 
 
-def untranslated(told: str) -> bool:
+def untranslated(words: str) -> bool:
     """Tests whether the language in use is another and has no translation of a message, which so stays English.
 
     >>> with use("es"):
     ...     untranslated("how wide it is"), untranslated("guesses of one"), untranslated('"what is it"')
     (True, False, False)
     """
-    foreign = _current.get() != "en" and _ENGLISH.search(_QUOTED.sub("", told))
-    return bool(foreign) and message(told, numbers=False) == told
+    foreign = _current.get() != "en" and _ENGLISH.search(_QUOTED.sub("", words))
+    return bool(foreign) and message(words, numbers=False) == words
 
 
 @lru_cache(2048)
-def _by_templates(language: str, told: str) -> str:
+def _by_templates(language: str, sentence: str) -> str:
     """A text by the longest template that fits, inserted parts translated in the same way; else wholly English."""
-    known, templates = _templates(language)
-    words = told.strip()
+    exact, templates = _templates(language)
+    words = sentence.strip()
     if not words or (words[0] == words[-1] == '"' and words.count('"') == 2):
-        return told
-    if words in known:
-        return told.replace(words, known[words])
+        return sentence
+    if words in exact:
+        return sentence.replace(words, exact[words])
     for longest, pattern, translation in templates:
         fit = pattern.fullmatch(words) if longest in words else None
         if fit is None or sum(value.count('"') % 2 for value in fit.groups()) > words.count('"') % 2:
@@ -140,23 +140,23 @@ def _by_templates(language: str, told: str) -> str:
         values = [value if value.count('"') % 2 else _by_templates(language, value) for value in fit.groups()]
         if any(_ENGLISH.search(_QUOTED.sub("", value)) for value in values):
             continue  # a whole sentence in English rather than one half in it
-        return told.replace(words, _PLACEHOLDER.sub(lambda place: values[int(place[1])], translation))  # noqa: B023
-    return told
+        return sentence.replace(words, _PLACEHOLDER.sub(lambda place: values[int(place[1])], translation))  # noqa: B023
+    return sentence
 
 
 @cache
 def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pattern[str], str], ...]]:
     """The faults without placeholders, and the templates: their longest words, a pattern, the translation."""
-    known, templates = {}, []
+    exact, templates = {}, []
     for english, translation in entries(_folder(language).joinpath("faults.po").read_text("utf-8")).items():
         pieces = _PLACEHOLDER.split(english)[::2]
         if len(pieces) == 1:
-            known[english] = translation
+            exact[english] = translation
             continue
         pattern = re.compile("(.*?)".join(map(re.escape, pieces)), re.DOTALL)
         templates.append((len("".join(pieces)), max(pieces, key=len), pattern, translation))
     templates.sort(key=lambda template: -template[0])
-    return MappingProxyType(known), tuple(template[1:] for template in templates)
+    return MappingProxyType(exact), tuple(template[1:] for template in templates)
 
 
 @cache
@@ -164,11 +164,11 @@ def catalogue(language: str) -> Mapping[str, str]:
     """Every text of a language by its English: marked texts before equal faults; empty for English itself."""
     if language == "en":
         return MappingProxyType({})
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     catalogues = [entry for entry in _folder(language).iterdir() if entry.name.endswith(".po")]
     for entry in sorted(catalogues, key=lambda entry: (entry.name != "faults.po", entry.name)):
-        found |= entries(entry.read_text("utf-8"))
-    return MappingProxyType(found)
+        texts |= entries(entry.read_text("utf-8"))
+    return MappingProxyType(texts)
 
 
 def _folder(language: str) -> Any:
@@ -188,4 +188,4 @@ def entries(po: str) -> dict[str, str]:
         return "".join(ast.literal_eval(piece) for piece in _PIECE.findall(pieces))
 
     pairs = ((joined(of), joined(to)) for of, to in _ENTRY.findall(po))
-    return {message: told for message, told in pairs if message and told}
+    return {message: translation for message, translation in pairs if message and translation}

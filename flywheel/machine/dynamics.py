@@ -74,9 +74,9 @@ _Row = tuple[Any, Any, Any, dict[str, Any] | None]
 """Inertia, its slope and moment of a stage without flywheel and circuit; efforts of loads by path with joint friction."""
 
 
-def _rows(found: Sequence[Any]) -> list[_Row]:
+def _rows(parts: Sequence[Any]) -> list[_Row]:
     """Rows of a recorded walk, three values for each stage."""
-    return [(*found[k : k + 3], None) for k in range(0, len(found), 3)]
+    return [(*parts[k : k + 3], None) for k in range(0, len(parts), 3)]
 
 
 class _Contribution(NamedTuple):
@@ -92,12 +92,12 @@ def _interior(ends: tuple[float, float]) -> tuple[float, float]:
     return ends[0] + inset, ends[1] - inset
 
 
-def _resting(found: Instant, direction: Any) -> Instant:
+def _resting(instant: Instant, direction: Any) -> Instant:
     """The instants, without an acceleration for those that have no direction."""
     if direction is None or not np.any(rests := np.equal(direction, 0.0)):
-        return found
-    acceleration, moment, loss = (np.where(rests, 0.0, row) for row in (found.acceleration, found.moment, found.loss))
-    return found._replace(acceleration=acceleration, moment=moment, loss=loss)
+        return instant
+    acceleration, moment, loss = (np.where(rests, 0.0, row) for row in (instant.acceleration, instant.moment, instant.loss))
+    return instant._replace(acceleration=acceleration, moment=moment, loss=loss)
 
 
 def _one(value: Any) -> float:
@@ -164,20 +164,20 @@ class Dynamics:
         parts, table = self._parts(phi, place, omega, time, states)
         if ends is not None and not all(np.all(np.isfinite(part.moment)) for part in parts):
             low, high = _interior(ends)
-            held = min(max(phi, low), high)
-            return self.at(held, middle, omega, time, states=states, anchor=anchor)
+            inside = min(max(phi, low), high)
+            return self.at(inside, middle, omega, time, states=states, anchor=anchor)
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
         if self.joint_friction is not None:
-            found = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), states)
-            return found._replace(
-                acceleration=_one(found.acceleration),
-                moment=_one(found.moment),
-                inertia=_one(found.inertia),
-                loss=_one(found.loss),
-                rates=tuple(map(_one, found.rates)),
-                passed=tuple(map(_one, found.passed)),
-                factors=tuple(map(_one, found.factors)),
+            resisted = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), states)
+            return resisted._replace(
+                acceleration=_one(resisted.acceleration),
+                moment=_one(resisted.moment),
+                inertia=_one(resisted.inertia),
+                loss=_one(resisted.loss),
+                rates=tuple(map(_one, resisted.rates)),
+                passed=tuple(map(_one, resisted.passed)),
+                factors=tuple(map(_one, resisted.factors)),
             )
         sense = None if len(parts) == 1 else place.sense(omega)
         return _resting(self._instant(parts, omega, states, place.factors, sense), place.direction)
@@ -240,16 +240,16 @@ class Dynamics:
             return self.at_many(np.clip(phi, *_interior(ends)), anchor, omega, time, states, watched=watched)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         if self.joint_friction is not None:
-            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, states, watched)
+            resisted = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, states, watched)
         else:
-            found = _resting(self._instant(parts, omega, states, factors), anchor.direction)
+            resisted = _resting(self._instant(parts, omega, states, factors), anchor.direction)
         whole = partial(wide, shape=phi.shape)
-        return found._replace(
-            acceleration=whole(found.acceleration),
-            moment=whole(found.moment),
-            inertia=whole(found.inertia),
-            loss=whole(found.loss),
-            passed=tuple(map(whole, found.passed)),
+        return resisted._replace(
+            acceleration=whole(resisted.acceleration),
+            moment=whole(resisted.moment),
+            inertia=whole(resisted.inertia),
+            loss=whole(resisted.loss),
+            passed=tuple(map(whole, resisted.passed)),
         )
 
     def surplus(self, phi: Array, anchor: Anchor, omega: Array, time: Array, acceleration: Array) -> Array:
@@ -276,7 +276,7 @@ class Dynamics:
         now: the instants there, as `at_many` gives them, if they are known; rubbing: with friction in joints.
         """
         phi = np.asarray(self._inside(phi)[0])
-        found: dict[str, Any] = {}
+        options: dict[str, Any] = {}
         for machine, there in self._by_direction(anchor, omega):
             for stage in machine.stages:
                 station = stage.reduction.at(phi, anchor.phi)
@@ -286,26 +286,26 @@ class Dynamics:
                     rows.append(("drive", self.ratio * self.circuit.torque(self.ratio * omega, states)))
                 rows += self._moving(station, stage, anchor, omega, time)
                 for part, value in rows:
-                    found[part] = found.get(part, 0.0) + (value if there is True else np.where(there, value, 0.0))
+                    options[part] = options.get(part, 0.0) + (value if there is True else np.where(there, value, 0.0))
         if self.joint_friction is not None and rubbing:
             friction = (now or self.at_many(phi, anchor, omega, time, states)).friction
             assert friction is not None
             for k in np.flatnonzero(self.joint_friction.rubbing_joints):
                 label = self.joint_friction.labels[k]
-                found[label] = found.get(label, 0.0) + friction.moments[:, k]
-        return {part: wide(value, phi.shape) for part, value in found.items()}
+                options[label] = options.get(label, 0.0) + friction.moments[:, k]
+        return {part: wide(value, phi.shape) for part, value in options.items()}
 
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """Values whose signs decide branches and that depend on speed or time, in the order of the loads."""
-        phi, found = self._inside(phi)[0], list[Any]()
+        phi, events = self._inside(phi)[0], list[Any]()
         if not self.machine.switches_at_speeds:
-            return found
+            return events
         for stage in self.machine.stages:
             places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time)
             for element, here, there in places:
                 if not self._of_circuit(element.name):
-                    found += self._efforts[element.name].speed_switches(here, there)
-        return found
+                    events += self._efforts[element.name].speed_switches(here, there)
+        return events
 
     def sides(
         self, phi: Array, anchor: Anchor, omega: Array, time: Array, states: States = (), *, there: bool = False
@@ -333,8 +333,8 @@ class Dynamics:
         """The position, or the end of the stroke that it has passed, and the distance beyond it."""
         if self.machine.scene.stroke is None:
             return phi, 0.0
-        held = np.clip(phi, 0.0, self.machine.scene.cycle)
-        return held, phi - held
+        inside = np.clip(phi, 0.0, self.machine.scene.cycle)
+        return inside, phi - inside
 
     def _parts(
         self, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States
@@ -388,13 +388,13 @@ class Dynamics:
             return None
         plain = isinstance(phi, float) and isinstance(omega, float)
         try:
-            found = self._compiled(program, "math" if plain else "numpy")(phi, omega, time, self.balance)
+            outputs = self._compiled(program, "math" if plain else "numpy")(phi, omega, time, self.balance)
         except (ValueError, ArithmeticError):
             return None
-        if not (math.isfinite(sum(found)) if plain else all(np.isfinite(value).all() for value in found)):
+        if not (math.isfinite(sum(outputs)) if plain else all(np.isfinite(value).all() for value in outputs)):
             return None
         count(phi)
-        return _rows(found)
+        return _rows(outputs)
 
     def _compiled(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
         """A program as a function, made once."""
@@ -451,16 +451,16 @@ class Dynamics:
             alone = balanced(inertias, bare, used)[0]
             total = sum(k * i for k, i in zip(used, inertias, strict=True))
             shares = np.stack([np.broadcast_to(k / total, phi.shape) for k in used], axis=1)
-            found = friction.resisted(pressed, alone, shares)
+            resisted = friction.resisted(pressed, alone, shares)
             rubbed = [
-                part._replace(moment=part.moment + found.moments[:, friction.stages == k].sum(axis=1))
+                part._replace(moment=part.moment + resisted.moments[:, friction.stages == k].sum(axis=1))
                 for k, part in enumerate(parts)
             ]
             instant = self._instant(rubbed, omega, states, anchor.factors, sense)
             if len(parts) == 1 or anchor.factors is not None or alike(instant.factors, used):
                 break
             used = instant.factors
-        rubbing = friction.rubbing(pressed, found, alone, shares, watched=watched)
+        rubbing = friction.rubbing(pressed, resisted, alone, shares, watched=watched)
         return _resting(instant, sense)._replace(friction=rubbing)  # what each joint then holds is not determined
 
     def from_rest(
@@ -472,7 +472,7 @@ class Dynamics:
         `behind` lie in the pieces on either side of the position, and branches by time are decided at `decided` (s), or at
         every time itself. 0 if friction leaves no motion.
         """
-        onset, found = ONSET * self.machine.typical_speed, list[Array]()
+        onset, residuals = ONSET * self.machine.typical_speed, list[Array]()
         deciding = times if decided is None else np.full(times.shape, decided)
         for place, sense in ((ahead, 1.0), (behind, -1.0)):
             omega = sense * onset
@@ -487,8 +487,8 @@ class Dynamics:
                     for t, row, anchor in zip(times, rows, anchors, strict=True)
                 ]
                 one = np.array([now.acceleration for now in each])
-            found.append(np.where(np.isfinite(one), one, 0.0))
-        return np.array(found)
+            residuals.append(np.where(np.isfinite(one), one, 0.0))
+        return np.array(residuals)
 
     def hold(self, phi: float, ahead: float, behind: float, time: float, states: States = ()) -> Stiction:
         """The stiction of a machine at rest, at a position between places ahead of it and behind."""
@@ -536,8 +536,8 @@ class Dynamics:
         else:
             forwards = 1.0 if factors is not None or np.all((omega if sense is None else sense) >= 0.0) else -1.0
             outwards = None if factors else lambda tau: forwards * tau > 0.0
-            given, inertias = factors or (1.0,) * len(parts), [part.inertia for part in parts]
-            acceleration, own, passed, used = solved(inertias, bare, given, self.machine.stages, outwards)
+            shares, inertias = factors or (1.0,) * len(parts), [part.inertia for part in parts]
+            acceleration, own, passed, used = solved(inertias, bare, shares, self.machine.stages, outwards)
             loss = lost(used, own)
         return Instant(
             acceleration=acceleration,
@@ -649,18 +649,18 @@ class Trail(NamedTuple):
     def states(self, times: Array, owners: Index | None = None) -> Array:
         """The states at times, by dense output: (states, times)."""
         which = self.owners(times) if owners is None else owners
-        found = np.empty((3 + len(self.start.states), times.size))
+        states = np.empty((3 + len(self.start.states), times.size))
         steps = [stretch.step.dense for stretch in self.stretches]
         explicit = np.array([isinstance(step, runge_kutta.Step) for step in steps])[which]
         order = np.argsort(which, kind="stable")
         if explicit.any():
-            found[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])
+            states[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])
             order = order[~explicit[order]]
         firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
         for mine in np.split(order, firsts[1:]) if order.size else ():
-            found[:, mine] = steps[which[mine[0]]](times[mine])
-        found[0] += np.array([stretch.offset for stretch in self.stretches])[which]
-        return found
+            states[:, mine] = steps[which[mine[0]]](times[mine])
+        states[0] += np.array([stretch.offset for stretch in self.stretches])[which]
+        return states
 
     def anchors(self, owners: Index) -> tuple[Array, Anchor]:
         """The offsets of positions in stretches of the motion, and the anchors that decide the branches of laws there."""

@@ -116,10 +116,10 @@ def solved(
     """
     for _ in range(2 + 2 ** len(inertias)):
         acceleration, own = balanced(inertias, bare, factors)
-        passed, found = passed_by(own, stages, factors, outwards)
-        if alike(found, factors):
+        passed, ratio = passed_by(own, stages, factors, outwards)
+        if alike(ratio, factors):
             break
-        factors = found
+        factors = ratio
     return acceleration, own, passed, factors
 
 
@@ -136,20 +136,20 @@ def passed_by(
 
     With `outwards`, the moment on the nearer side of a mesh follows from the moment through it; else from the factors K.
     """
-    passed, given = list(own), [factors[0]] * len(own)
+    passed, outputs = list(own), [factors[0]] * len(own)
     for k in range(len(own) - 1, 0, -1):
         inner, eta = stages[k].near, stages[k].efficiency
         if outwards is not None:
             out = outwards(passed[k])
-            given[k] = np.where(out, 1.0 / eta, eta) if isinstance(out, np.ndarray) else 1.0 / eta if out else eta
+            outputs[k] = np.where(out, 1.0 / eta, eta) if isinstance(out, np.ndarray) else 1.0 / eta if out else eta
         if inner:
-            ratio = given[k] if outwards is not None else factors[k] / factors[inner]
+            ratio = outputs[k] if outwards is not None else factors[k] / factors[inner]
             passed[inner] = passed[inner] + ratio * passed[k]
     if outwards is None:
         return tuple(passed), factors
     for k in range(1, len(own)):
-        given[k] = given[k] * given[stages[k].near] if stages[k].near else given[k]
-    return tuple(passed), tuple(given)
+        outputs[k] = outputs[k] * outputs[stages[k].near] if stages[k].near else outputs[k]
+    return tuple(passed), tuple(outputs)
 
 
 class Moments:
@@ -178,9 +178,9 @@ class Moments:
     @cached_property
     def locally(self) -> Moments:
         """The same machine, with branches decided at every node."""
-        found = copy(self)
-        found.local = True
-        return found
+        moments = copy(self)
+        moments.local = True
+        return moments
 
     def rate(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> Rate:
         """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank).
@@ -231,15 +231,15 @@ class Moments:
             return self._total(self.constant(speed, unknown, states).moment)
         still, by_unknown, resistance = self._still
         speed = np.asarray(speed, dtype=float)
-        omega, found = speed[..., None, None], still + unknown * by_unknown - resistance * speed
+        omega, works = speed[..., None, None], still + unknown * by_unknown - resistance * speed
         for part in self.parts:
             for effort, factor in self._moving(part, omega):
-                found = found + self._total(effort + unknown * factor)
+                works = works + self._total(effort + unknown * factor)
             if self.circuit is not None and part.stage.drives:
                 turned = self.drive_ratio * speed
                 torque = self.circuit.torque(turned, self.steady_states(speed) if states is None else states)
-                found = found + self.drive_ratio * torque * self.mesh.edges[-1]
-        return np.asarray(found)
+                works = works + self.drive_ratio * torque * self.mesh.edges[-1]
+        return np.asarray(works)
 
     def _total(self, moment: Any) -> Array:
         """The work (J) over the cycle of a moment on (..., cells, nodes), or of one that is the same all over it."""
@@ -325,11 +325,11 @@ class Moments:
     def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
         """Moments that depend on speed, and their factors of the unknown, without those of a motor's circuit."""
         plain = omega.value if isinstance(omega, Jet) else omega
-        found = part.station.contributions(omega, 0.0, self._deciding(plain), local=self.local)
-        if found:
+        terms = part.station.contributions(omega, 0.0, self._deciding(plain), local=self.local)
+        if terms:
             count(plain)
         by_circuit = self.circuit is not None
-        return [(effort, factor) for element, effort, factor in found if not (by_circuit and element.name.startswith(DRIVE))]
+        return [(effort, factor) for element, effort, factor in terms if not (by_circuit and element.name.startswith(DRIVE))]
 
     def _acceleration(
         self, acting: list[Rate], omega: Array, inertia: Any
@@ -351,20 +351,20 @@ class Moments:
         station = next(part.station for part in self.parts if part.stage.drives)
         still = station.moments(unknown).get("drive", 0.0)
         moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
-        found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
-        return np.asarray(sum(found, zero + still))
+        efforts = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
+        return np.asarray(sum(efforts, zero + still))
 
     def switches(self, omega: Array) -> list[Array]:
         """Values on (cells, nodes) whose signs decide branches of laws and that depend on speed."""
         if not self.machine.switches_at_speeds:
             return []
         by_path = {effort.path: effort for effort in self.machine.efforts}
-        found: list[Array] = []
+        angles: list[Array] = []
         for part in self.parts:
             for element, here, anchor in part.station.places(omega, 0.0, self._deciding(omega), local=self.local):
                 if element.name in by_path:
-                    found += [wide(switch, omega.shape) for switch in by_path[element.name].speed_switches(here, anchor)]
-        return found
+                    angles += [wide(switch, omega.shape) for switch in by_path[element.name].speed_switches(here, anchor)]
+        return angles
 
     def _deciding(self, values: Array) -> Array:
         """Values where branches are decided."""
@@ -378,8 +378,8 @@ def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moment
         if len(kept) >= _KEPT:
             kept.pop(next(iter(kept)))
         kept[key] = Moments(machine, cells.cells(edges))
-    found: Moments = kept[key]
-    return found.locally if local else found
+    moments: Moments = kept[key]
+    return moments.locally if local else moments
 
 
 def _together(acting: list[Rate]) -> Rate:
@@ -428,13 +428,13 @@ def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None 
         at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
     if moment is not None and math.isfinite(moment):
         unit = "N on the slide" if sliding else "N m on the crank"
-        found = f"a value that reaches {moment:.4g} {unit} at {at}, beyond {GREATEST_VALUE:g}"
+        defect = f"a value that reaches {moment:.4g} {unit} at {at}, beyond {GREATEST_VALUE:g}"
     else:
         reason = machine.undefined(culprit, phi, anchor, speed, time)
-        found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
+        defect = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
     return Fault(
         culprit,
-        found,
+        defect,
         f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
         "correct the expression or table, or give the load a window that leaves the angle out",
     )

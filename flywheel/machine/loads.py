@@ -148,9 +148,9 @@ class Effort:
         self._unknown: str | None = None
         if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
             if load.law.degree(unknown) is None:
-                found = f'"{load.law.shown}", which is not linear in the balance {unknown}'
+                defect = f'"{load.law.shown}", which is not linear in the balance {unknown}'
                 advice = "give it a value, and balance another quantity"
-                raise SceneError([Fault(self.path, found, f"{unknown} as a factor or a term", advice)])
+                raise SceneError([Fault(self.path, defect, f"{unknown} as a factor or a term", advice)])
             self._unknown = unknown
         self.depends_on_unknown = load.law is None or self._unknown is not None
         self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
@@ -183,17 +183,17 @@ class Effort:
 
     def backwards(self) -> Effort:
         """The law for a crank that turns backwards."""
-        found = copy(self)
-        found.direction = -1.0
-        return found
+        effort = copy(self)
+        effort.direction = -1.0
+        return effort
 
     @property
     def dependencies(self) -> tuple[str, ...]:
         """The variables of `Here` beside position in the law: speed (of the driving shaft), flow (its own), time."""
         names = self._law.names if isinstance(self._law, Expression) else frozenset[str]()
         own = ("v" in names and self.uses_speed) or ("omega" in names and self.place.shaft)
-        found = {"speed": "omega" in names and not self.place.shaft, "flow": own, "time": "t" in names}
-        return tuple(name for name, seen in found.items() if seen)
+        dependencies = {"speed": "omega" in names and not self.place.shaft, "flow": own, "time": "t" in names}
+        return tuple(name for name, seen in dependencies.items() if seen)
 
     @property
     def constants(self) -> Mapping[str, float]:
@@ -246,12 +246,12 @@ class Effort:
             return []
         angle, middle = self._angles(here, anchor)
         values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
-        found = []
+        switches = []
         for part in moving_switches(law):
             alone = len(part.names) == 1 and part.names <= {"v", "omega"} and part.tree.op in ("name", "neg")
             if not alone and not self.is_timed(part):
-                found.append(part.evaluate(values, np, there))
-        return found
+                switches.append(part.evaluate(values, np, there))
+        return switches
 
     def is_timed(self, part: Expression) -> bool:
         """Tests whether a part of the law depends on time and on nothing else."""
@@ -299,10 +299,10 @@ class Effort:
         """
         anew = isinstance(self._law, TableCurve) or "phi" in getattr(self._law, "names", ())
         repeats = anew if switching else isinstance(self._law, TableCurve | Expression)
-        found = [0.0] if repeats and not self.load.once else []
+        angles = [0.0] if repeats and not self.load.once else []
         if self.load.start is not None and self.load.end is not None:
-            found += [self.load.start, self.load.end]
-        local = np.concatenate((found, self._law.knots if isinstance(self._law, TableCurve) else ()))
+            angles += [self.load.start, self.load.end]
+        local = np.concatenate((angles, self._law.knots if isinstance(self._law, TableCurve) else ()))
         yield from local - self.place.phase if self.load.once else crank_angles(local, self.load.every, self.place, cycle)
         if self.senses is not None:
             yield from self.senses.dead_centres
@@ -318,15 +318,15 @@ def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
     name = scene.unknown
     if name is None or name == "drive":
         return name and DIMENSIONS["force" if scene.reduction_element == "slide" else "torque"].si
-    found: set[Unit | None] = set()
+    units: set[Unit | None] = set()
     for effort in efforts:
         law, rotating = effort.load.law, effort.place.rotating
         if isinstance(law, Expression) and name in law.names:
             texts = {"phi": "rad", "omega": "rad/s", "t": "s"}
             texts |= {"x": "rad", "v": "rad/s"} if rotating else {"x": "m", "v": "m/s"}
-            known = {**{variable: parse_unit(text, None) for variable, text in texts.items()}, **scene.units}
-            found.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), known))
-    return shown(found.pop()) if len(found) == 1 else None
+            symbols = {**{variable: parse_unit(text, None) for variable, text in texts.items()}, **scene.units}
+            units.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), symbols))
+    return shown(units.pop()) if len(units) == 1 else None
 
 
 def moving_switches(law: Expression) -> tuple[Expression, ...]:
@@ -372,8 +372,8 @@ def crank_angles(local: float | Array, every: float, place: Place, cycle: float)
     first = np.ceil((place.phase - column) / every - 1e-12)
     turns = first + np.arange(int(place.rate * cycle / every + 2))
     angles = (column + turns * every - place.phase) / place.rate
-    found: Array = angles[(angles >= 0.0) & (angles < cycle)]
-    return found
+    inside: Array = angles[(angles >= 0.0) & (angles < cycle)]
+    return inside
 
 
 def at_speeds(still: Any, moving: Iterable[tuple[Any, Any]], omega: Any, unknown: Any) -> tuple[Any, Any, Any, Any]:

@@ -173,13 +173,13 @@ class Machine:
         """The same machine with its laws for a crank that turns backwards; itself if none differs."""
         if not any(effort.reverses for effort in self.efforts):
             return self
-        found = copy(self)
+        machine = copy(self)
         for name in ("reduction", "rigid", "stages"):  # what walks the graph
-            found.__dict__.pop(name, None)
-        found.__dict__["backwards"] = self
-        found.efforts = tuple(effort.backwards() for effort in self.efforts)
-        found.graph, found.kept = found._graph(), {}
-        return found
+            machine.__dict__.pop(name, None)
+        machine.__dict__["backwards"] = self
+        machine.efforts = tuple(effort.backwards() for effort in self.efforts)
+        machine.graph, machine.kept = machine._graph(), {}
+        return machine
 
     @cached_property
     def switches_at_speeds(self) -> bool:
@@ -192,10 +192,10 @@ class Machine:
         """The graph compiled for the crank's angle; a SceneError if shafts twist, so that one angle is not enough."""
         if not self.scene.compliances:
             return self.rigid
-        found = "a compliant shaft, with which the motion has several angles"
+        defect = "a compliant shaft, with which the motion has several angles"
         expected = "rigid shafts, to reduce everything to the crank's angle"
         advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
-        raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in self.scene.compliances])
+        raise SceneError([Fault(f"shafts.{name}.stiffness", defect, expected, advice) for name in self.scene.compliances])
 
     @cached_property
     def rigid(self) -> Reduction:
@@ -241,14 +241,14 @@ class Machine:
     def one_ports(self) -> dict[str, set[str]]:
         """The names of the graph's inertias, sources, springs and dampers by their shaft."""
         shafts = {mechanism.name: mechanism.shaft for mechanism in self.scene.mechanisms}
-        found: dict[str, set[str]] = {}
+        by_shaft: dict[str, set[str]] = {}
         for name, element in self.graph.elements.items():
             if element.kind not in ("0", "1", "TF", "GY"):
                 bond = self.graph.bond_of(name)
                 junction = bond.tail if bond.head == name else bond.head
                 owner = junction.partition(".")[0]
-                found.setdefault(junction if junction in self.scene.shafts else shafts.get(owner, owner), set()).add(name)
-        return found
+                by_shaft.setdefault(junction if junction in self.scene.shafts else shafts.get(owner, owner), set()).add(name)
+        return by_shaft
 
     def with_values(self, balance: float, flywheel: float, *, moved: bool = False) -> BondGraph:
         """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit.
@@ -295,8 +295,8 @@ class Machine:
         motor, drive = self.scene.motor, self.scene.drive
         if motor is None or drive is None:
             return []
-        known = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
-        return [w / self.scene.shafts[drive.on] for w in known if w is not None and 0.0 < w < np.inf]
+        speeds = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
+        return [w / self.scene.shafts[drive.on] for w in speeds if w is not None and 0.0 < w < np.inf]
 
     @cached_property
     def _speed_by_loads(self) -> float:
@@ -331,35 +331,35 @@ class Machine:
     @property
     def pivoted(self) -> dict[str, tuple[str, float]]:
         """Points of bodies on a fixed pivot, whose velocity is their tangential speed: the turning body, and radius (m)."""
-        found = {}
+        pivots = {}
         for mechanism in self.scene.mechanisms:
             velocities = {velocity.name: velocity for velocity in self._families[mechanism.name].velocities}
             for name, velocity in velocities.items():
                 source, ratio = velocity.terms[0]
                 if f"{name}.x" in velocities and isinstance(ratio, (float, Real)):
                     turning = mechanism.shaft if source == "crank" else f"{mechanism.name}.{source}"
-                    found[f"{mechanism.name}.{name}"] = (turning, float(ratio))
-        return found
+                    pivots[f"{mechanism.name}.{name}"] = (turning, float(ratio))
+        return pivots
 
     # -- breakpoints -------------------------------------------------------------------------------------------------
 
     @cached_property
     def breakpoints(self) -> Array:
         """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
-        known = self._unswitched
-        return merged([*known, *(angle for _, angle in self._switch_angles(known))], self.scene.cycle)
+        edges = self._unswitched
+        return merged([*edges, *(angle for _, angle in self._switch_angles(edges))], self.scene.cycle)
 
     @cached_property
     def switches(self) -> Array:
         """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
-        found = [*self._own_breakpoints(switching=True), *self._switch_angles(self._unswitched)]
-        return merged([0.0, self.scene.cycle, *(angle for _, angle in found)], self.scene.cycle)
+        switches = [*self._own_breakpoints(switching=True), *self._switch_angles(self._unswitched)]
+        return merged([0.0, self.scene.cycle, *(angle for _, angle in switches)], self.scene.cycle)
 
     @cached_property
     def switches_at_ends(self) -> bool:
         """True if a law switches at the beginning of the cycle, and so at its end."""
-        near, found = _END * self.scene.cycle, self._own_breakpoints(switching=True)
-        return self.scene.stroke is None and any(angle <= near or angle >= self.scene.cycle - near for _, angle in found)
+        near, switches = _END * self.scene.cycle, self._own_breakpoints(switching=True)
+        return self.scene.stroke is None and any(angle <= near or angle >= self.scene.cycle - near for _, angle in switches)
 
     @cached_property
     def landmarks(self) -> Array:
@@ -383,9 +383,9 @@ class Machine:
             try:
                 for ends in (lo, hi):
                     with np.errstate(all="ignore"):
-                        found = law.evaluate(values(ends, middle), np, values(middle, middle)) + 0.0 * ends
-                    if (np.abs(found) == np.inf).any():
-                        at = int((np.abs(found) == np.inf).argmax())
+                        values_there = law.evaluate(values(ends, middle), np, values(middle, middle)) + 0.0 * ends
+                    if (np.abs(values_there) == np.inf).any():
+                        at = int((np.abs(values_there) == np.inf).argmax())
                         reason = self.undefined(effort.path, ends[at], middle[at])
                         where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(ends[at]):.6g} deg"
                         raise SwitchingError(f"a value that is not finite at {where} ({reason})", float(ends[at]))
@@ -442,13 +442,13 @@ class Machine:
     @property
     def broken_by(self) -> dict[str, int]:
         """The number of breakpoints inside the cycle from each mechanism, load or other source, by its name or path."""
-        known = self.breakpoints[1:-1]
+        breakpoints = self.breakpoints[1:-1]
         near = 1e-9 * self.scene.cycle
-        found: dict[str, set[int]] = {}
+        causes: dict[str, set[int]] = {}
         for name, angle in (*self._own_breakpoints(), *self._switch_angles(self._unswitched)):
-            hit = np.flatnonzero(np.abs(known - angle) <= near)
-            found.setdefault(name, set()).update(hit.tolist())
-        return {name: len(places) for name, places in found.items() if places}
+            hit = np.flatnonzero(np.abs(breakpoints - angle) <= near)
+            causes.setdefault(name, set()).update(hit.tolist())
+        return {name: len(places) for name, places in causes.items() if places}
 
     @cached_property
     def _unswitched(self) -> Array:
@@ -481,19 +481,19 @@ class Machine:
                 if mechanism.stroke is not None:
                     yield mechanism.name, angle - mechanism.phase
                 else:
-                    for found in crank_angles(angle, mechanism.period, place, self.scene.cycle):
-                        yield mechanism.name, found
+                    for position in crank_angles(angle, mechanism.period, place, self.scene.cycle):
+                        yield mechanism.name, position
 
-    def _switch_angles(self, known: Array) -> Iterator[tuple[str, float]]:
+    def _switch_angles(self, edges: Array) -> Iterator[tuple[str, float]]:
         """Crank angles at which a branch of a load's expression changes, beside those known already."""
         for effort in self.efforts:
             law = effort.load.law
             if isinstance(law, Expression) and (law.switches() or law.branch_points()):
                 try:
-                    found = breakpoints(law, 0.0, float(known[-1]), *self._environment(effort), known)
+                    angles = breakpoints(law, 0.0, float(edges[-1]), *self._environment(effort), edges)
                 except SwitchingError as error:
                     raise _unresolved(effort, error) from None
-                yield from ((effort.path, angle) for angle in found)
+                yield from ((effort.path, angle) for angle in angles)
 
     def _senses(self, place: str) -> Senses:
         """Ranges in which a place moves forwards and backwards, in closed form or by roots of its influence coefficient.
@@ -502,26 +502,26 @@ class Machine:
         """
         name, _, port = place.partition(".")
         cycle, at = self.scene.cycle, self.places[place]
-        known: Port | None = self._families[name].ports[port] if port else None
-        if self.scene.stroke is None and known is not None and known.dead_centres:
-            local = np.array(known.dead_centres)
-            position = np.array([known.position(self._families[name].position(psi, np)) for psi in known.dead_centres])
+        own_port: Port | None = self._families[name].ports[port] if port else None
+        if self.scene.stroke is None and own_port is not None and own_port.dead_centres:
+            local = np.array(own_port.dead_centres)
+            position = np.array([own_port.position(self._families[name].position(psi, np)) for psi in own_port.dead_centres])
             signs = np.sign(np.roll(position, -1) - position)
-            found = np.sort(crank_angles(local, TURN, at, cycle))
-            edges = np.concatenate(([0.0], found, [cycle]))
+            angles = np.sort(crank_angles(local, TURN, at, cycle))
+            edges = np.concatenate(([0.0], angles, [cycle]))
             psi = (at.rate * 0.5 * (edges[1:] + edges[:-1]) + at.phase) % TURN
-            return Senses(found, signs[np.searchsorted(local, psi) - 1])
+            return Senses(angles, signs[np.searchsorted(local, psi) - 1])
         own = (angle for _, angle in self._mechanism_breakpoints())
         try:
-            found = self._dead_centres(place, merged([0.0, cycle, *own], cycle))
+            angles = self._dead_centres(place, merged([0.0, cycle, *own], cycle))
         except SwitchingError:
             path = next(effort.load.path for effort in self.efforts if effort.load.on == place)
             what = f"{place}, whose velocity changes sign too often to follow, as if it stood still"
             raise SceneError([Fault(path, what, "a place that moves", "leave `while` and v out there")]) from None
-        edges = np.concatenate(([0.0], found, [cycle]))
+        edges = np.concatenate(([0.0], angles, [cycle]))
         halfway = 0.5 * (edges[1:] + edges[:-1])
         gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[at.junction]]
-        return Senses(found, np.broadcast_to(np.sign(gain), halfway.shape))
+        return Senses(angles, np.broadcast_to(np.sign(gain), halfway.shape))
 
     def _dead_centres(self, place: str, smooth: Array) -> Array:
         """Crank angles between smooth pieces' edges at which a place reverses, where no closed form gives them."""
@@ -567,17 +567,17 @@ class Machine:
         def environment(phi: Any, anchor: Any, ns: Any) -> Mapping[str, Any]:
             bounds = ns is not np
             angle = place.rate * phi + (place.phase - effort.turns(place.rate * anchor + place.phase))
-            found = {**effort.constants, "omega": own_speed, "t": 0.0, "phi": Jet(angle, place.rate) if bounds else angle}
+            symbols = {**effort.constants, "omega": own_speed, "t": 0.0, "phi": Jet(angle, place.rate) if bounds else angle}
             if "v" in names and effort.senses is not None:
-                found["v"] = effort.senses.at(anchor)
+                symbols["v"] = effort.senses.at(anchor)
             needs_gain = effort.uses_speed or ("x" in names and bounds)
             gain: Any = reduction.flows(phi, anchor, ns).gain[variable] if needs_gain else 0.0
             if effort.uses_speed:
-                found["v"] = crank_speed * gain
+                symbols["v"] = crank_speed * gain
             if "x" in names:
                 x = place.displacement(Here(rate * phi, motion.position(rate * phi, ns, rate * anchor), ns))
-                found["x"] = Jet(x, gain) if bounds else x
-            return found
+                symbols["x"] = Jet(x, gain) if bounds else x
+            return symbols
 
         return environment
 
@@ -628,8 +628,8 @@ class Machine:
             name, _, port = item.on.partition(".")
             kinks = self._families[name].ports[port].kinks if port else ()
             if kinks:
-                found = f"{item.on}, whose velocity jumps at {np.degrees(kinks[0]):.6g} deg of its mechanism"
-                raise SceneError([Fault(f"{item.path}.on", found, "a port with a continuous velocity", "smooth its law")])
+                defect = f"{item.on}, whose velocity jumps at {np.degrees(kinks[0]):.6g} deg of its mechanism"
+                raise SceneError([Fault(f"{item.path}.on", defect, "a port with a continuous velocity", "smooth its law")])
             builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
         if flywheel:
             builder.port(scene.flywheel_on, I(_free(builder, "flywheel"), flywheel, part=FLYWHEEL))
@@ -753,11 +753,11 @@ def circuit_of(scene: Scene) -> Circuit | None:
     return None if scene.motor is None else scene.motor.circuit
 
 
-def scene_of(given: Machine | Scene) -> Scene:
+def scene_of(source: Machine | Scene) -> Scene:
     """The scene of a machine, or the one given; a TypeError for anything else."""
-    scene = given.scene if isinstance(given, Machine) else given
+    scene = source.scene if isinstance(source, Machine) else source
     if not isinstance(scene, Scene):
-        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(given).__name__}")
+        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(source).__name__}")
     return scene
 
 
@@ -776,10 +776,10 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
     def value(phi: Array, anchor: Array) -> Any:
         return reduction.flows(phi, anchor).gain[variable]
 
-    found = roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)
-    middle = 0.5 * (found[1:] + found[:-1])
+    roots = roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)
+    middle = 0.5 * (roots[1:] + roots[:-1])
     signs = np.broadcast_to(np.sign(value(middle, middle)), middle.shape)
-    return np.asarray(found[1:-1][signs[1:] != signs[:-1]])
+    return np.asarray(roots[1:-1][signs[1:] != signs[:-1]])
 
 
 def merged(angles: Iterable[float], cycle: float) -> Array:
@@ -794,8 +794,8 @@ def merged(angles: Iterable[float], cycle: float) -> Array:
 def _unresolved(effort: Effort, error: SwitchingError) -> SceneError:
     """The error of an expression that cannot be resolved over the cycle, or the stroke."""
     span, origin = ("stroke", effort.place.phase) if effort.load.once else ("cycle", 0.0)
-    found = str(SwitchingError(error.text, error.near + origin))
-    return SceneError([Fault(effort.path, found, f"an expression that can be followed over the {span}")])
+    defect = str(SwitchingError(error.text, error.near + origin))
+    return SceneError([Fault(effort.path, defect, f"an expression that can be followed over the {span}")])
 
 
 def _free(builder: Builder, name: str) -> str:

@@ -201,13 +201,13 @@ class Programs:
         omega, time = (self.machine.typical_speed, 0.0) if anchor.omega is None else (float(anchor.omega), anchor.time)
         deciding = [] if anchor.omega is None else [omega, time]
         with np.errstate(all="ignore"):
-            found = program.function("numpy")(phi, omega, time, 1.0)
+            outputs = program.function("numpy")(phi, omega, time, 1.0)
             for k, stage in enumerate(self.machine.stages):
                 station = stage.reduction.at(phi, anchor.phi)
                 reduced, shares = station.reduced, [*self._shares(station, omega, time, 1.0, deciding)]
                 size = reduced.exchanged + sum(np.abs(share) for share in shares)
                 scales = (reduced.inertia, reduced.inertia), (reduced.slope, reduced.steepness), (sum(shares), size)
-                for value, (walk, scale) in zip(found[3 * k : 3 * k + 3], scales, strict=True):
+                for value, (walk, scale) in zip(outputs[3 * k : 3 * k + 3], scales, strict=True):
                     apart = np.abs(value - walk) > _PROGRAM_ERROR * scale
                     if np.any(apart):
                         at = phi[np.broadcast_to(apart, phi.shape)][0]
@@ -219,8 +219,8 @@ def programs_of(machine: Machine) -> Programs:
     """The programs of a machine: they are kept with it."""
     if "programs" not in machine.kept:
         machine.kept["programs"] = Programs(machine)
-    found: Programs = machine.kept["programs"]
-    return found
+    programs: Programs = machine.kept["programs"]
+    return programs
 
 
 # -- with recorded numbers ---------------------------------------------------------------------------------------------
@@ -256,23 +256,24 @@ class RecordedMachine(Machine):
     def decided(self, effort: Effort, part: Expression, phi: Any, anchor: Any) -> Jet:
         """Value and slope of a function that decides a branch of a load's law; its own branches are those at the anchor."""
         names = self._names(effort)
-        found = part.evaluate(names(phi, anchor, NAMESPACE), _JETS, names(anchor, anchor, np))
-        return found if isinstance(found, Jet) else Jet(found, 0.0)
+        values = part.evaluate(names(phi, anchor, NAMESPACE), _JETS, names(anchor, anchor, np))
+        return values if isinstance(values, Jet) else Jet(values, 0.0)
 
     def named(self, effort: Effort, phi: Any, anchor: Any) -> dict[str, Any]:
         """Values of the names in a load's expression at a crank angle."""
         law = effort.load.law
         if not isinstance(law, Expression):
             return {}
-        found = self._names(effort)(phi, anchor, NAMESPACE)
-        return {name: value.value if isinstance(value, Jet) else value for name, value in found.items() if name in law.names}
+        symbols = self._names(effort)(phi, anchor, NAMESPACE)
+        used = {name: value for name, value in symbols.items() if name in law.names}
+        return {name: value.value if isinstance(value, Jet) else value for name, value in used.items()}
 
-    def _switch_angles(self, known: Array) -> Iterator[tuple[str, float]]:
+    def _switch_angles(self, edges: Array) -> Iterator[tuple[str, float]]:
         efforts = {effort.path: effort for effort in self.efforts}
 
         def decider(path: str, part: Expression, anchor: float, phi: Any) -> tuple[Any, Any]:
-            found = self.decided(efforts[path], part, phi, anchor)
-            return found.value, found.first
+            value = self.decided(efforts[path], part, phi, anchor)
+            return value.value, value.first
 
         for path, angle in self.twin._switch_angles(self.twin._unswitched):
             parts = deciders(efforts[path])
@@ -290,12 +291,12 @@ class RecordedMachine(Machine):
 
     def _followed(self, angle: float, functions: list[Function]) -> Any:
         """The zero that one of some functions has at an angle now, by Newton's method from there."""
-        near, found = _ZERO_DISTANCE * self.scene.cycle, [function(angle) for function in functions]
-        if not any(isinstance(value, Recorded) for value, _ in found):
-            crossed = (abs(value) < near * abs(slope) for value, slope in found)
+        near, values = _ZERO_DISTANCE * self.scene.cycle, [function(angle) for function in functions]
+        if not any(isinstance(value, Recorded) for value, _ in values):
+            crossed = (abs(value) < near * abs(slope) for value, slope in values)
             self.zeros += [(angle, function) for function, zero in zip(functions, crossed, strict=True) if zero]
             return angle
-        for function, (value, slope) in zip(functions, found, strict=True):
+        for function, (value, slope) in zip(functions, values, strict=True):
             now, steep = abs(present(value)), abs(present(slope))
             if steep == 0.0 or not now <= near * steep:
                 continue
@@ -472,7 +473,7 @@ class Structure:
     def givens(self, columns: Array) -> DesignValues:
         """Speed, irregularity and drive of every design."""
         speed, irregularity, ratio, drive, torque, inertia, *_ = _at(self.numbers, columns)
-        driven, given, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
+        driven, numbers, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
         return DesignValues(
             speed=speed,
             irregularity=irregularity,
@@ -480,7 +481,7 @@ class Structure:
             span=self.cycle,
             unknown=self.unknown,
             drive=drive if driven else None,
-            torque=torque if given else None,
+            torque=torque if numbers else None,
             inertia=inertia if analysed else None,
         )
 
@@ -539,15 +540,15 @@ class Structure:
         """Mask of the cells (cells, designs) that are narrow enough for all laws that act there."""
         stretches, peaks = list(self._stretches(columns)), dict[str, Array]()
         centres = [[each.at(0.5 * (low + high), columns) for each in walk.laws] for walk, low, high in stretches]
-        for (walk, low, _), given in zip(stretches, centres, strict=True):
-            for each, centre in zip(walk.laws, given, strict=True):
+        for (walk, low, _), nominal in zip(stretches, centres, strict=True):
+            for each, centre in zip(walk.laws, nominal, strict=True):
                 size = np.abs(np.broadcast_to(each.law.evaluate(centre, np, centre), low.shape))
                 size = np.where(np.isfinite(size), size, 0.0).max(axis=0)
                 peaks[each.path] = np.maximum(size, peaks.get(each.path, 0.0))
         masks = []
-        for (walk, low, high), given in zip(stretches, centres, strict=True):
+        for (walk, low, high), nominal in zip(stretches, centres, strict=True):
             good, share = np.ones(low.shape, bool), (high - low) / self.cycle
-            for each, centre in zip(walk.laws, given, strict=True):
+            for each, centre in zip(walk.laws, nominal, strict=True):
                 inside = each.at(Interval(low, high), columns, INTERVALS)
                 good &= narrow(each.law, inside, centre, share, peaks[each.path])
             masks.append(good)
@@ -680,8 +681,8 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         stretches.append(walks[k])
     drive, nothing = scene.drive, float("nan")
     torque = nothing if drive is None or isinstance(drive.law, Expression | Table | None) else drive.law
-    given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio, drive and scene.shafts[drive.on], torque]
-    given += [scene.inertia, machine.fastest, machine.typical_speed, *machine.motor_speeds]
+    numbers: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio, drive and scene.shafts[drive.on], torque]
+    numbers += [scene.inertia, machine.fastest, machine.typical_speed, *machine.motor_speeds]
     structure = Structure(
         paths=paths,
         twin=twin,
@@ -690,7 +691,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         conditions=recorder.conditions(),
         landmarks=recorder.program(landmarks),
         walks=tuple(stretches),
-        numbers=recorder.program([nothing if number is None else number for number in given]),
+        numbers=recorder.program([nothing if number is None else number for number in numbers]),
         counts=(1,) * len(stretches),
         limits=recorder.program(list(scene.limits.values())) if scene.limits else None,
     )
@@ -780,12 +781,12 @@ def differs(structure: Structure, scene: Scene, values: Array) -> str:
         return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
     mesh = cells.cells(edges)
     reduced = machine.reduce(mesh.phi, mesh.anchor)
-    wanted = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
+    outputs = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
     rows = np.zeros((6, *mesh.phi.shape))
     for part, program in structure.programs:
         for row, value in enumerate(program.function()(mesh.phi[part], *values)):
             rows[row, part] = value
-    for value, want in zip(rows, wanted, strict=True):
+    for value, want in zip(rows, outputs, strict=True):
         apart = np.abs(value - want).max()
         if not apart <= _VALUE_ERROR * max(np.abs(want).max(), np.abs(value).max()):
             return f"values differ by {apart:.2g}"
@@ -806,10 +807,10 @@ class Structures:
         columns = np.asarray(columns, dtype=float)
         left: Index = np.arange(columns.shape[1])
         groups: list[tuple[Structure, Index]] = []
-        known = refusals = 0
+        repeats = refusals = 0
         while left.size:
-            if known < len(self._known):
-                structure, known = self._known[known], known + 1
+            if repeats < len(self._known):
+                structure, repeats = self._known[repeats], repeats + 1
                 mine = structure.kept(columns[:, left])
                 groups += [(structure, left[mine])] if mine.any() else []
             elif refusals < len(self._refused):

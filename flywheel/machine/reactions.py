@@ -184,13 +184,13 @@ def _port_loads(
 
     def seen(place: str) -> tuple[Here, Here]:
         """Positions for a law at a place, and in the middles of their pieces."""
-        found = []
+        loads = []
         for at, omega, then in ((phi, motion.omega, time), (anchor, decided.omega, decided.time)):
             here = Here(ratio * at, own.position(ratio * at, np, ratio * anchor), np)
             if machine.depends_on_speed or machine.depends_on_time:
                 here = here._replace(speed=ratio * omega, flow=of_velocity(place, at)[0] * omega, time=then)
-            found.append(here)
-        return found[0], found[1]
+            loads.append(here)
+        return loads[0], loads[1]
 
     def acting(place: str, value: Any) -> Load:
         return port_load(mechanism, place.removeprefix(prefix), wide(value, phi.shape))
@@ -380,7 +380,7 @@ class JointFriction:
 
     def acting(
         self,
-        found: tuple[Coefficients, ...],
+        coefficients: tuple[Coefficients, ...],
         phi: Array,
         anchor: Anchor,
         omega: Any,
@@ -398,7 +398,7 @@ class JointFriction:
         slope, moment = inertia.copy(), inertia.copy()
         efforts: dict[str, Any] = {}
         gains: dict[str, tuple[int, Any]] = {}
-        for table, paths, own in zip(self.tables, self.paths, found, strict=True):
+        for table, paths, own in zip(self.tables, self.paths, coefficients, strict=True):
             k = self._stage(table.mechanism.shaft)
             always, by_speed, by_square, by_acceleration, *each = own.powers.T
             inertia[k], slope[k] = inertia[k] - by_acceleration, slope[k] - 2.0 * by_square
@@ -445,7 +445,7 @@ class JointFriction:
 
     def pressed(
         self,
-        found: tuple[Coefficients, ...],
+        coefficients: tuple[Coefficients, ...],
         phi: Array,
         omega: Array,
         efforts: Mapping[str, Any],
@@ -457,9 +457,9 @@ class JointFriction:
 
         sides: see `Anchor`; always: share of weights and springs.
         """
-        free, by_acceleration, known = [], [], []
+        free, by_acceleration, constant = [], [], []
         pull, first = np.zeros((phi.size, self.curved.size, 2, self.curved.size)), 0
-        for table, paths, own in zip(self.tables, self.paths, found, strict=True):
+        for table, paths, own in zip(self.tables, self.paths, coefficients, strict=True):
             inputs = np.zeros((phi.size, table.inputs))
             inputs[:, BY_ONE], inputs[:, BY_SPEED], inputs[:, BY_SQUARE] = always, omega, omega * omega
             for k, path in enumerate(paths, start=BY_ACCELERATION + 1):
@@ -467,10 +467,10 @@ class JointFriction:
             rows, last = own.rows[..., : table.inputs], first + own.ways.shape[1]
             free.append(np.einsum("npkc,nc->npk", rows, inputs))
             by_acceleration.append(rows[..., BY_ACCELERATION])
-            known.append((rows, inputs, table.curved))
+            constant.append((rows, inputs, table.curved))
             pull[:, first:last, :, first:last] = own.rows[..., table.inputs :]
             first = last
-        ways = np.concatenate([own.ways for own in found], axis=1)
+        ways = np.concatenate([own.ways for own in coefficients], axis=1)
         signs = directions = None
         if sides is None:
             sliding = self._sliding(phi, ways, sense)
@@ -481,7 +481,7 @@ class JointFriction:
             by_acceleration=np.concatenate(by_acceleration, axis=1),
             pull=pull,
             ways=ways,
-            known=tuple(known),
+            known=tuple(constant),
             sense=sense,
             sliding=sliding,
             factors=np.where(self.rubbing_joints, -sliding, 1.0) * self.strengths,
@@ -518,31 +518,31 @@ class JointFriction:
             sizes, matrix = continued_sizes(free, pull, self.curved, pressed.signs, pressed.directions)
             signed, directions = np.where(self.curved, sizes, pressed.signs * sizes), pressed.directions
         else:
-            found = friction_sizes(free, pull)
-            sizes = np.where(found.converged[:, None], found.sizes, np.nan)
+            friction = friction_sizes(free, pull)
+            sizes = np.where(friction.converged[:, None], friction.sizes, np.nan)
             parts = free + np.einsum("npkj,nj->npk", pull, sizes)
             signed, directions = np.where(self.curved, sizes, parts[..., 0]), np.arctan2(parts[..., 1], parts[..., 0])
-            matrix = np.where(found.converged, 1.0, np.nan)[:, None, None]
+            matrix = np.where(friction.converged, 1.0, np.nan)[:, None, None]
         return Resisted(pressed.ways * pressed.factors * sizes, signed, matrix, directions)
 
-    def rubbing(self, pressed: Pressed, found: Resisted, acceleration: Any, shares: Array, *, watched: bool) -> Rubbing:
+    def rubbing(self, pressed: Pressed, resisted: Resisted, acceleration: Any, shares: Array, *, watched: bool) -> Rubbing:
         """Friction at instants; where it is watched or undecided, also the values whose change of sign ends a stretch."""
         signs, directions, sliding = pressed.signs, pressed.directions, pressed.sliding
         solutions, decisive = (1, ""), np.empty((0, len(sliding)))
         if watched or signs is None or directions is None:
-            level = _FORCE_ROUNDING * np.maximum(pressed.scale, np.abs(found.sizes).max(axis=1))
-            forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
+            level = _FORCE_ROUNDING * np.maximum(pressed.scale, np.abs(resisted.sizes).max(axis=1))
+            forces = np.where(np.abs(resisted.sizes) > level[:, None], resisted.sizes, 0.0)
             none = _FORCE_ROUNDING * self.rates
             rates = np.where(np.abs(pressed.ways) > none, pressed.ways, none * sliding * pressed.sense[:, None])
             if signs is None or directions is None:
                 if len(sliding) == 1:
                     solutions = self._solutions(pressed, acceleration, shares)
                 signs = np.where(self.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
-                directions = np.where(pressed.lined, found.directions, np.nan)
+                directions = np.where(pressed.lined, resisted.directions, np.nan)
             rubs = self.rubbing_joints & (self.strengths > 0.0)
             forces = np.where(self.curved & np.isnan(directions), 1.0, forces)  # a resultant that turns has no sign
-            decisive = np.concatenate((rates[:, rubs], forces, found.determinant[:, None]), axis=1).T
-        return Rubbing(found.moments, np.concatenate((sliding, signs, directions), axis=1), decisive, *solutions)
+            decisive = np.concatenate((rates[:, rubs], forces, resisted.determinant[:, None]), axis=1).T
+        return Rubbing(resisted.moments, np.concatenate((sliding, signs, directions), axis=1), decisive, *solutions)
 
     def stiction(
         self,
@@ -562,8 +562,8 @@ class JointFriction:
         def against(efforts: Mapping[str, Any], always: float, moment: float, share: Array) -> float:
             pressed = self.pressed(table, phi, np.zeros(1), efforts, np.array([sense]), always=always)
             shares = np.repeat(share[:, None], int(self.stages.max()) + 1, axis=1)
-            found = -sense * float(self.resisted(pressed, moment * share, shares).moments.sum())
-            return found if math.isfinite(found) else math.inf
+            moment_of_friction = -sense * float(self.resisted(pressed, moment * share, shares).moments.sum())
+            return moment_of_friction if math.isfinite(moment_of_friction) else math.inf
 
         locking = [
             path
@@ -588,22 +588,22 @@ class JointFriction:
         flat = np.flatnonzero(~self.curved & (np.abs(bound).max(axis=1) > 0.0))
         if flat.size > _MOST_TRIED:
             return 1, joint
-        found: list[Array] = []
+        solutions: list[Array] = []
         for tried in product((1.0, -1.0), repeat=flat.size):
             signs = np.ones((1, self.curved.size))
             signs[0, flat] = tried
             sizes = continued_sizes(free, pull, self.curved, signs)[0][0]
             most = np.abs(sizes).max()
             holds = bool(np.isfinite(most) and (sizes >= -_SIZE_ROUNDING * most).all())
-            if holds and all(np.abs(sizes - other).max() > _SOLUTION_DISTANCE * most for other in found):
-                found.append(sizes)
-        return len(found), joint
+            if holds and all(np.abs(sizes - other).max() > _SOLUTION_DISTANCE * most for other in solutions):
+                solutions.append(sizes)
+        return len(solutions), joint
 
 
-def _lined(known: Array) -> Flags:
+def _lined(sizes: Array) -> Flags:
     """A mask of forces (n, forces) on one line whatever acts: their coefficients (n, forces, 2, inputs) are parallel."""
-    largest = np.abs(known).max(axis=(1, 2), keepdims=True)
-    shares = np.divide(known, largest, out=np.zeros_like(known), where=largest > 0.0)
+    largest = np.abs(sizes).max(axis=(1, 2), keepdims=True)
+    shares = np.divide(sizes, largest, out=np.zeros_like(sizes), where=largest > 0.0)
     length = np.hypot(shares[:, :, 0], shares[:, :, 1])
     first = np.take_along_axis(shares, length.argmax(axis=2)[:, :, None, None], axis=3)
     across = np.abs(shares[:, :, 0] * first[:, :, 1] - shares[:, :, 1] * first[:, :, 0])
@@ -614,8 +614,8 @@ def joint_friction_of(machine: Machine) -> JointFriction:
     """Friction in a machine's joints: it is kept with it."""
     if "joint_friction" not in machine.kept:
         machine.kept["joint_friction"] = JointFriction(machine)
-    found: JointFriction = machine.kept["joint_friction"]
-    return found
+    friction: JointFriction = machine.kept["joint_friction"]
+    return friction
 
 
 # -- coefficients ------------------------------------------------------------------------------------------------------
@@ -634,14 +634,14 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _ForceTable:
 
     def values(psi: Array) -> tuple[Array, Array]:
         """All entries (entries, n), and the size of each one's column, (entries,): 0 if that is rounding alone."""
-        found, _, reactions, shares = _coefficients(machine, mechanism, psi)
-        largest = _beyond_rounding(np.abs(found.rows).max(axis=(0, 1, 2)), reactions)
-        scale = np.broadcast_to(largest, found.rows.shape[1:]).ravel()
-        rates = np.abs(found.ways).max(axis=0, initial=0.0)
+        coefficients, _, reactions, shares = _coefficients(machine, mechanism, psi)
+        largest = _beyond_rounding(np.abs(coefficients.rows).max(axis=(0, 1, 2)), reactions)
+        scale = np.broadcast_to(largest, coefficients.rows.shape[1:]).ravel()
+        rates = np.abs(coefficients.ways).max(axis=0, initial=0.0)
         kinds = np.array([one.unit for one in passives])
         speeds = np.array([rates[kinds == unit].max() for unit in kinds])
-        entries = np.concatenate((found.rows.reshape(psi.size, -1), found.powers, found.ways), axis=1).T
-        powers = _beyond_rounding(np.abs(found.powers).max(axis=0), shares)
+        entries = np.concatenate((coefficients.rows.reshape(psi.size, -1), coefficients.powers, coefficients.ways), axis=1).T
+        powers = _beyond_rounding(np.abs(coefficients.powers).max(axis=0), shares)
         return entries, np.concatenate((scale, powers, speeds))
 
     def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array], float, cells.Coarse]:
@@ -692,13 +692,13 @@ def _coefficients(
     poses, solution, ratio = poses_of(mechanism, psi), followed(mechanism).solution, machine.scene.shafts[mechanism.shaft]
     parts = unknowns(poses, (poses.linkage.driver,), np.ones(psi.size), friction=True)
     loads = np.stack(list(_unit_loads(machine, mechanism, poses, psi)))
-    found = response(poses, parts, loads)
-    rows = np.einsum("pkm,nmc->npkc", size_forms(poses, parts, found.loose), found.values)
+    responses = response(poses, parts, loads)
+    rows = np.einsum("pkm,nmc->npkc", size_forms(poses, parts, responses.loose), responses.values)
     middle = centres(poses)
     powers = np.einsum("cbin,bin->nc", loads, middle.rate)
     wrenches = [one.pair.on_bodies(middle.value) * (one.name == FRICTION) for one in parts.passives]
     ways = np.einsum("pbin,bin->np", np.stack(wrenches), middle.rate)
-    sizes, reactions = np.abs(loads), np.abs(found.values).max(axis=(0, 1))
+    sizes, reactions = np.abs(loads), np.abs(responses.values).max(axis=(0, 1))
     unit, scale = solution.unit, ratio / solution.scale
     weighing = masses(poses) * np.array([unit, unit, 1.0])[:, None] * scale  # what no cancelling of arms makes smaller
     for k, share in ((BY_SQUARE, scale), (BY_ACCELERATION, 1.0)):

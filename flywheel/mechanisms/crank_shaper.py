@@ -177,18 +177,18 @@ def derivation(made: f.Derivation) -> None:
         f"sqrt(d**2 + r**2 + 2*d*r*cos({phi}))",
         "m",
         _("Distance of the block from the rocker's pivot"),
-        found=p.distance,
+        values=p.distance,
     )
     made.angle("theta", f"atan2(r*sin({phi}), d + r*cos({phi}))", _("Angle of the rocker"), float(p.rocker))
-    made.find("y", "L*sin(theta)", "m", _("Place of the ram"), found=p.ram)
+    made.find("y", "L*sin(theta)", "m", _("Place of the ram"), values=p.ram)
     made.part(_("Influence coefficients g: the first derivatives"))
     made.find("s_prime", f"-(r*sin({phi} - theta))", "m")
-    made.find("theta_prime", f"r*cos({phi} - theta)/s", f.ONE, found=p.rocker_rate)
-    made.find("y_prime", "L*cos(theta)*theta_prime", "m", found=p.ram_rate * p.rocker_rate)
+    made.find("theta_prime", f"r*cos({phi} - theta)/s", f.ONE, values=p.rocker_rate)
+    made.find("y_prime", "L*cos(theta)*theta_prime", "m", values=p.ram_rate * p.rocker_rate)
     made.part(_("Their derivatives g′"))
-    made.find("theta_second", "s_prime*(1 - 2*theta_prime)/s", f.ONE, found=p.rocker_slope)
+    made.find("theta_second", "s_prime*(1 - 2*theta_prime)/s", f.ONE, values=p.rocker_slope)
     slope = p.ram_slope * p.rocker_rate + p.ram_rate * p.rocker_slope
-    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", found=slope)
+    made.find("y_second", "L*cos(theta)*theta_second - L*sin(theta)*theta_prime**2", "m", values=slope)
     made.moves(rocker="theta", ram="y")
     f.block_on_pin(made, "r")
     made.pinned("rocker_pin", _("Pin at the rocker's end"), ("L", "theta", "theta_prime", "theta_second"), "rocker.pin")

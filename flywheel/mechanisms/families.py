@@ -205,10 +205,10 @@ class Derivation(Protocol):
     def part(self, title: str) -> None:
         """Begins a part of the steps."""
 
-    def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
+    def find(self, of: str, formula: str, unit: str, what: str = "", values: Any = None) -> float:
         """A step, with the library's own value where it has one."""
 
-    def angle(self, of: str, formula: str, what: str, found: float) -> float:
+    def angle(self, of: str, formula: str, what: str, value: float) -> float:
         """An angle that a formula gives up to whole turns."""
 
     def moves(self, **symbols: str) -> None:

@@ -269,13 +269,13 @@ def derivation(made: f.Derivation) -> None:
         float(p.coupler),
     )
     made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("theta_prime", f"r*sin({phi} - chi)/(L*sin(theta - chi))", f.ONE, found=p.rocker_rate)
-    made.find("chi_prime", f"r*sin({phi} - theta)/(c*sin(theta - chi))", f.ONE, found=p.coupler_rate)
+    made.find("theta_prime", f"r*sin({phi} - chi)/(L*sin(theta - chi))", f.ONE, values=p.rocker_rate)
+    made.find("chi_prime", f"r*sin({phi} - theta)/(c*sin(theta - chi))", f.ONE, values=p.coupler_rate)
     made.part(_("Their derivatives g′"))
     across = f"(r*cos({phi} - chi) + c*chi_prime**2 - L*cos(theta - chi)*theta_prime**2)/(L*sin(theta - chi))"
-    made.find("theta_second", across, f.ONE, found=p.rocker_slope)
+    made.find("theta_second", across, f.ONE, values=p.rocker_slope)
     across = f"(r*cos({phi} - theta) + c*cos(theta - chi)*chi_prime**2 - L*theta_prime**2)/(c*sin(theta - chi))"
-    made.find("chi_second", across, f.ONE, found=p.coupler_slope)
+    made.find("chi_second", across, f.ONE, values=p.coupler_slope)
     made.moves(coupler="chi", rocker="theta")
     made.pivoted("crank", made.driver, "crank")
     made.floating("coupler", "chi", ("r", phi, "1", "0"))

@@ -171,16 +171,16 @@ def derivation(made: f.Derivation) -> None:
         f"asin((e - r*sin({phi}))/l)" if offset else f"-asin(r*sin({phi})/l)",
         "°",
         _("Angle of the rod"),
-        found=p.rod,
+        values=p.rod,
     )
-    made.find("x", f"r*cos({phi}) + l*cos(beta)", "m", _("Place of the slider"), found=p.slider)
+    made.find("x", f"r*cos({phi}) + l*cos(beta)", "m", _("Place of the slider"), values=p.slider)
     made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("beta_prime", f"-(r*cos({phi}))/(l*cos(beta))", f.ONE, found=p.rod_rate)
-    made.find("x_prime", f"-(r*sin({phi})) - l*sin(beta)*beta_prime", "m", found=p.slider_rate)
+    made.find("beta_prime", f"-(r*cos({phi}))/(l*cos(beta))", f.ONE, values=p.rod_rate)
+    made.find("x_prime", f"-(r*sin({phi})) - l*sin(beta)*beta_prime", "m", values=p.slider_rate)
     made.part(_("Their derivatives g′"))
-    made.find("beta_second", f"(r*sin({phi}) + l*sin(beta)*beta_prime**2)/(l*cos(beta))", f.ONE, found=p.rod_slope)
+    made.find("beta_second", f"(r*sin({phi}) + l*sin(beta)*beta_prime**2)/(l*cos(beta))", f.ONE, values=p.rod_slope)
     made.find(
-        "x_second", f"-(r*cos({phi})) - l*cos(beta)*beta_prime**2 - l*sin(beta)*beta_second", "m", found=p.slider_slope
+        "x_second", f"-(r*cos({phi})) - l*cos(beta)*beta_prime**2 - l*sin(beta)*beta_second", "m", values=p.slider_slope
     )
     made.moves(rod="beta", slider="x")
     made.pivoted("crank", made.driver, "crank")

@@ -374,34 +374,34 @@ def derivation(made: f.Derivation) -> None:
     made.angle(
         "theta_3", "atan2(a_1 - a_2*sin(theta_2), -x - a_2*cos(theta_2))", _("Angle of the coupler"), float(p.coupler)
     )
-    made.find("theta_5", "theta_2 + alpha + pi", "°", _("Angle of the clamp arm of the bell crank"), found=p.clamp)
+    made.find("theta_5", "theta_2 + alpha + pi", "°", _("Angle of the clamp arm of the bell crank"), values=p.clamp)
     made.angle(
         "theta_6",
         "-asin(a_5*sin(theta_5)/a_6)" if ahead else "pi + asin(a_5*sin(theta_5)/a_6)",
         _("Angle of the rod"),
         float(p.rod),
     )
-    made.find("s", "a_5*cos(theta_5) + a_6*cos(theta_6)", "m", _("Place of the platen"), found=p.platen)
+    made.find("s", "a_5*cos(theta_5) + a_6*cos(theta_6)", "m", _("Place of the platen"), values=p.platen)
     made.part(_("Influence coefficients g: the first derivatives"))
-    made.find("theta_2_prime", "cos(theta_3)/(a_2*sin(theta_2 - theta_3))", "1/m", found=p.bell_crank_rate)
-    made.find("theta_3_prime", "-cos(theta_2)/(a_3*sin(theta_2 - theta_3))", "1/m", found=p.coupler_rate)
-    made.find("theta_6_prime", "-(a_5*cos(theta_5)*theta_2_prime)/(a_6*cos(theta_6))", "1/m", found=p.rod_turn)
+    made.find("theta_2_prime", "cos(theta_3)/(a_2*sin(theta_2 - theta_3))", "1/m", values=p.bell_crank_rate)
+    made.find("theta_3_prime", "-cos(theta_2)/(a_3*sin(theta_2 - theta_3))", "1/m", values=p.coupler_rate)
+    made.find("theta_6_prime", "-(a_5*cos(theta_5)*theta_2_prime)/(a_6*cos(theta_6))", "1/m", values=p.rod_turn)
     made.find("theta_5_prime", "theta_2_prime", "1/m")
     s1 = p.platen_rate * p.bell_crank_rate
-    made.find("s_prime", "-(a_5*sin(theta_5)*theta_2_prime) - a_6*sin(theta_6)*theta_6_prime", f.ONE, found=s1)
+    made.find("s_prime", "-(a_5*sin(theta_5)*theta_2_prime) - a_6*sin(theta_6)*theta_6_prime", f.ONE, values=s1)
     made.part(_("Their derivatives g′"))
     text = "-(a_3*theta_3_prime**2 + a_2*cos(theta_2 - theta_3)*theta_2_prime**2)/(a_2*sin(theta_2 - theta_3))"
-    made.find("theta_2_second", text, "1/m²", found=p.bell_crank_slope)
+    made.find("theta_2_second", text, "1/m²", values=p.bell_crank_slope)
     text = "(a_2*theta_2_prime**2 + a_3*cos(theta_2 - theta_3)*theta_3_prime**2)/(a_3*sin(theta_2 - theta_3))"
-    made.find("theta_3_second", text, "1/m²", found=p.coupler_slope)
+    made.find("theta_3_second", text, "1/m²", values=p.coupler_slope)
     made.find("theta_5_second", "theta_2_second", "1/m²")
     top = "a_5*sin(theta_5)*theta_2_prime**2 - a_5*cos(theta_5)*theta_2_second + a_6*sin(theta_6)*theta_6_prime**2"
     slope = p.rod_slope * p.bell_crank_rate + p.rod_rate * p.bell_crank_slope
-    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", found=slope)
+    made.find("theta_6_second", f"({top})/(a_6*cos(theta_6))", "1/m²", values=slope)
     text = "-(a_5*cos(theta_5)*theta_2_prime**2) - a_5*sin(theta_5)*theta_2_second"
     text += " - a_6*cos(theta_6)*theta_6_prime**2 - a_6*sin(theta_6)*theta_6_second"
     slope = p.platen_slope * p.bell_crank_rate + p.platen_rate * p.bell_crank_slope
-    made.find("s_second", text, "1/m", found=slope)
+    made.find("s_second", text, "1/m", values=slope)
     made.moves(block="x", bell_crank="theta_2", coupler="theta_3", rod="theta_6", platen="s")
     made.pivoted("bell_crank", "theta_5", "bell_crank")
     made.floating("coupler", "theta_3", ("a_2", "theta_2", "theta_2_prime", "theta_2_second"))

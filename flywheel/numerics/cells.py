@@ -430,7 +430,7 @@ def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
 
 def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossings:
     """Crossings around suspected grid points of rows, `number` to a function, searched for on a grid fifty times finer."""
-    found = []
+    gaps = []
     for k, p in zip(row, point, strict=True):
         fine = np.linspace(GRID[p - 1], GRID[p + 1], 101)
         values = basis(fine, ORDER) @ rows[k]
@@ -439,8 +439,8 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
             left, right = fine[at], fine[at + 1]
             start = left + values[at] / (values[at] - values[at + 1]) * (right - left)
             roots = zip(*_roots(rows[[k, k]], start, left, right), strict=True)
-            found += [(k // number, k % number, t, slope) for t, slope in roots]
-    columns = np.array(found, dtype=float).reshape(-1, 4)
+            gaps += [(k // number, k % number, t, slope) for t, slope in roots]
+    columns = np.array(gaps, dtype=float).reshape(-1, 4)
     return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2], columns[:, 3])
 
 

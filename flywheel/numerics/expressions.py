@@ -401,10 +401,10 @@ _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, a
 class ExpressionError(ValueError):
     """Reason why a text is not an expression: the text `found` (and its column), the `expected` one, and `advice`."""
 
-    def __init__(self, found: str, expected: str = _SYNTAX, advice: str = "") -> None:
-        self.found, self.expected, self.advice = found, expected, advice
+    def __init__(self, defect: str, expected: str = _SYNTAX, advice: str = "") -> None:
+        self.found, self.expected, self.advice = defect, expected, advice
         tail = f"; {advice}" if advice else ""
-        super().__init__(f"found {found}, expected {expected}{tail}")
+        super().__init__(f"found {defect}, expected {expected}{tail}")
 
 
 @dataclass(frozen=True)
@@ -458,23 +458,23 @@ class Expression:
         """
         return self._in_range(lambda at: value(self.tree, at), values, ns, anchor)
 
-    def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
+    def _in_range(self, evaluate: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
         """The value at a place; exponentials are kept separate where plain floats overflow, and always in intervals."""
         at = At(values, ns, None if anchor is None else At(anchor, ns))
         with np.errstate(all="ignore"):
             if not self._grows:
-                return found(at)
+                return evaluate(at)
             base = getattr(ns, "over", ns)
             if base is np:
                 try:
                     with np.errstate(over="raise"):
-                        return found(at)
+                        return evaluate(at)
                 except FloatingPointError:
                     pass
             elif base is not NAMESPACE:
-                return found(at)
+                return evaluate(at)
             apart = scaled_namespace(ns)
-            kept = found(At(values, apart, None if anchor is None else At(anchor, apart)))
+            kept = evaluate(At(values, apart, None if anchor is None else At(anchor, apart)))
             return tuple(map(plain, kept)) if isinstance(kept, tuple) else plain(kept)
 
     @cached_property
@@ -644,11 +644,11 @@ class _ExpressionReader:
             return Node("name", name=name)
         if name in FUNCTIONS:
             raise ExpressionError(f"the function {name!r}{self._place(node)} without brackets", f"{name}(...)")
-        known = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
+        names = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
         raise ExpressionError(
             f"the unknown name {self._shown(node)}",
-            "one of " + ", ".join(known),
-            written_here(name, ()) or _nearest(name, known),
+            "one of " + ", ".join(names),
+            written_here(name, ()) or _nearest(name, names),
         )
 
     def _binary(self, node: ast.BinOp, depth: int) -> Node:
@@ -712,9 +712,9 @@ class _ExpressionReader:
             raise ExpressionError(f"a call to {self._shown(node.func, node)}", expected, advice)
         if node.keywords:
             raise ExpressionError(f"a keyword in {self._shown(node)}", "plain arguments")
-        count, wanted = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)
-        if count != wanted and (wanted is not None or count < 2):
-            allowed = {1: "one", 2: "two (y, x)", None: "two or more"}[wanted]
+        count, arity = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)
+        if count != arity and (arity is not None or count < 2):
+            allowed = {1: "one", 2: "two (y, x)", None: "two or more"}[arity]
             plural = "" if count == 1 else "s"
             raise ExpressionError(f"{count} argument{plural} of {name}{self._place(node)}", allowed)
         args = tuple(self.read(arg, depth) for arg in node.args)
@@ -734,8 +734,8 @@ def _paired(name: str, args: tuple[Node, ...]) -> Node:
     return Node(name, (_paired(name, args[:middle]), _paired(name, args[middle:])))
 
 
-def _nearest(name: str, known: tuple[str, ...]) -> str:
-    near = nearest(name[:40], known)
+def _nearest(name: str, names: tuple[str, ...]) -> str:
+    near = nearest(name[:40], names)
     return f"did you mean {near!r}?" if near else ""
 
 

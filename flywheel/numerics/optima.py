@@ -107,8 +107,8 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
         enough = wrong + doubt <= np.maximum(_ENOUGH * np.abs(both), _NEGLIGIBLE * base)
         smooth = np.abs(corner) <= np.maximum(_CERTAIN_SLOPE * doubt, _NEGLIGIBLE * base)
         helped = (wrong + doubt < 0.5 * before) | ~smooth
-        known = np.isfinite(centre)[:, None] & np.ones(count, dtype=bool)
-        open_ = ((known & ~(enough & smooth)) & (helped | (group < 1))).any(axis=0)
+        finite = np.isfinite(centre)[:, None] & np.ones(count, dtype=bool)
+        open_ = ((finite & ~(enough & smooth)) & (helped | (group < 1))).any(axis=0)
         pending, before = np.flatnonzero(open_), np.fmin(before, wrong + doubt)
         if not pending.size:
             break
@@ -229,9 +229,9 @@ def _judged(
 
 def _jumps(change: Array, noise: Array) -> NDArray[np.bool_]:
     """Tests whether a change over a step does not shrink with the step: over the smallest steps, and over those before."""
-    known = np.isfinite(change).any(axis=-1)
-    result = np.zeros(known.shape, dtype=bool)
-    for index in zip(*np.nonzero(known), strict=True):
+    finite = np.isfinite(change).any(axis=-1)
+    result = np.zeros(finite.shape, dtype=bool)
+    for index in zip(*np.nonzero(finite), strict=True):
         own, loud = np.abs(change[index]), noise[index]
         own, loud = own[np.isfinite(own)], loud[np.isfinite(own)]
         if own.size > _LEVELS:
@@ -428,7 +428,7 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
             "jac": lambda x: np.nan_to_num(-known(x).slopes[j]),
         }
 
-    wanted: Any = {
+    options: Any = {
         "jac": lambda x: np.nan_to_num(known(x).slopes[0] / size),
         "bounds": [(0.0, 1.0)] * len(first.x),
         "constraints": [held(j) for j in range(1, len(first.rows))],
@@ -439,7 +439,7 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
     def aim(x: Array) -> float:
         return float(np.nan_to_num(known(x).rows[0] / size, nan=_NO_VALUE))
 
-    minimize(aim, first.x, **wanted)
+    minimize(aim, first.x, **options)
     return best
 
 
@@ -575,7 +575,7 @@ def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]
     distinct: list[Array] = []
     for other in active:
         slope = other.slopes[0]
-        if all(np.abs(slope - known).max() > _TANGENT_DIFFERENCE * np.abs(slope).max() for known in distinct):
+        if all(np.abs(slope - other).max() > _TANGENT_DIFFERENCE * np.abs(slope).max() for other in distinct):
             distinct.append(slope)
     pieces = []
     for i, slope in enumerate(distinct):
@@ -625,14 +625,14 @@ def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tu
     weights = np.array([*[0.0] * count, 1.0, *[_PENALTY] * many])
     ends = list(zip(np.maximum(-radius, -point.x), np.minimum(radius, 1.0 - point.x), strict=True))
     start = np.array([*[0.0] * count, before[0], *np.maximum(before[1:], 0.0)])
-    wanted: Any = {
+    options: Any = {
         "jac": of_aim,
         "bounds": [*ends, (None, None), *[(0.0, None)] * many],
         "constraints": [{"type": "ineq", "fun": room, "jac": of_room}],
         "method": "SLSQP",
         "options": {"maxiter": _STEPS, "ftol": _SLSQP_CHANGE},
     }
-    optimum = minimize(aim, start, **wanted)
+    optimum = minimize(aim, start, **options)
     low, high = np.array(ends).T
     step = np.clip(optimum.x[:count], low, high)
     after = rows(step)[0].max(axis=0) - base

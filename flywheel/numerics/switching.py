@@ -140,8 +140,8 @@ def _isolated(enclose: Callable[[Array, Array, Array], tuple[Any, Any]], edges: 
             text = f"changes sign too often: its zeros are not separated in {most} cells (first near phi = {{near}})"
             raise SwitchingError(text, float(lo[0]))
         middle = 0.5 * (lo + hi)
-        found = enclose(np.concatenate((lo, middle)), np.concatenate((hi, middle)), np.tile(anchor, 2))
-        value, slopes = (_of_shape(u, 2 * lo.size) for u in found)
+        enclosures = enclose(np.concatenate((lo, middle)), np.concatenate((hi, middle)), np.tile(anchor, 2))
+        value, slopes = (_of_shape(u, 2 * lo.size) for u in enclosures)
         slope = Interval(slopes.lo[: lo.size], slopes.hi[: lo.size])
         centre = Interval(value.lo[lo.size :], value.hi[lo.size :])
         mean = centre + slope * Interval(lo - middle, hi - middle)
@@ -210,7 +210,7 @@ def _of_shape(u: Any, shape: int | tuple[int, ...]) -> Interval:
 
 
 def breakpoints(
-    expression: Expression, a: float, b: float, env: Enclosures, env_value: Values, known: Iterable[float] = ()
+    expression: Expression, a: float, b: float, env: Enclosures, env_value: Values, smooth_edges: Iterable[float] = ()
 ) -> list[float]:
     """Every angle in (a, b) where a switch of the expression changes, or a root, asin or acos has a branch point.
 
@@ -218,7 +218,7 @@ def breakpoints(
 
     `env(lo, hi, anchor)` gives, for arrays of cells, the names as jets of intervals (constants as floats),
     `env_value(phi, anchor)` their values; the anchor is the middle of the piece, which distinguishes an angle at its end
-    from the next piece's beginning. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
+    from the next piece's beginning. Between `edges` angles the names must be smooth and `v`, given by its sign, constant.
 
     >>> phi_cells = lambda lo, hi, anchor: {"phi": Jet(Interval(lo, hi), 1.0)}
     >>> from flywheel.numerics.expressions import parse
@@ -226,7 +226,7 @@ def breakpoints(
     >>> [round(angle, 14) for angle in found]
     [0.5235987755983, 2.0, 2.61799387799149]
     """
-    start = np.array(sorted({float(a), *map(float, known), float(b)}))
+    start = np.array(sorted({float(a), *map(float, smooth_edges), float(b)}))
     edges = start
     for part in (*expression.switches(), *expression.branch_points()):
         if part.uses_speed or part.uses_time:

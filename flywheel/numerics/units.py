@@ -39,9 +39,9 @@ _LOOKALIKES = str.maketrans({"−": "-", "º": "°", "\u2126": "Ω", "μ": "µ",
 class QuantityError(ValueError):
     """Error of a quantity, in the three parts of a fault."""
 
-    def __init__(self, found: str, expected: str, advice: str = "") -> None:
-        self.found, self.expected, self.advice = found, expected, advice
-        super().__init__(f"found {found}, expected {expected}" + (f"; {advice}" if advice else ""))
+    def __init__(self, defect: str, expected: str, advice: str = "") -> None:
+        self.found, self.expected, self.advice = defect, expected, advice
+        super().__init__(f"found {defect}, expected {expected}" + (f"; {advice}" if advice else ""))
 
 
 class Unit(NamedTuple):
@@ -532,14 +532,14 @@ def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
     """Reason why a unit does not fit a dimension, as advice; None if it does."""
     if dimension is None:
         return None
-    wanted = DIMENSIONS[dimension]
-    if dimension == "torque" and unit.powers == wanted.powers and _ENERGIES & set(re.findall(r"[^\W\d_]+", text)):
+    own_unit = DIMENSIONS[dimension]
+    if dimension == "torque" and unit.powers == own_unit.powers and _ENERGIES & set(re.findall(r"[^\W\d_]+", text)):
         return "that is an energy: write a torque in N m"
-    if unit.powers == wanted.powers and unit.angle in wanted.angles:
+    if unit.powers == own_unit.powers and unit.angle in own_unit.angles:
         return None
-    if unit.powers == wanted.powers and dimension in ("angle", "speed"):
+    if unit.powers == own_unit.powers and dimension in ("angle", "speed"):
         return "name the angle: write rad, deg or rev" if unit.angle == 0 else "the angle's power does not fit"
-    length, mass, time, *others = wanted.powers
+    length, mass, time, *others = own_unit.powers
     if unit.powers == (length - 1, mass, time + 2, *others) and mass:
         return "kg and lb are masses: write N, kgf or lbf"
     if unit.powers == (length + 1, mass, time - 2, *others) and mass:

@@ -68,7 +68,7 @@ def answer(
             stroke = subject if isinstance(subject, SingleStroke) else _stroke(scene, rest)
         except SceneError as error:
             faults = list(error.faults)
-    wanted = [panel for panel in panels_there if panel in view.get("panels", panels_there)]
+    names = [panel for panel in panels_there if panel in view.get("panels", panels_there)]
     digits = None if rest else _DIGITS
     panels: dict[str, Any] = {}
     why: dict[str, str] = {}
@@ -78,8 +78,8 @@ def answer(
             part = drives.part_of_stroke(stroke, count, view, rest=rest)
         else:
             part = part_of(scene, machine, sizing, count, view, rest=rest)
-        forces = diagrams.forces_of(part) if "reactions" in wanted or view.get("kind") == QUANTITIES[3] else ""
-        for panel in wanted:
+        forces = diagrams.forces_of(part) if "reactions" in names or view.get("kind") == QUANTITIES[3] else ""
+        for panel in names:
             made = _mechanism(scene, part.axis) if panel == "mechanism" else diagrams.made(part, panel, forces)
             if isinstance(made, str):
                 why[panel] = made
@@ -95,7 +95,7 @@ def answer(
         "titles": {"mechanism": _("Mechanism")} | {panel: kind.title() for panel, kind in DIAGRAMS.items()},
         "views": _views(panels.get("motion")),
         "why": why,
-        "later": [panel for panel in panels_there if panel not in wanted],
+        "later": [panel for panel in panels_there if panel not in names],
         "faults": faults,
         **{panel: _finite(made, digits) for panel, made in panels.items()},
     }
@@ -109,14 +109,14 @@ def _stroke(scene: Scene, rest: bool) -> SingleStroke:
     """The stroke of a machine with clutch and brake; during a drag less accurate, without the greatest rate."""
     near = None if rest or not _last_stroke else _last_stroke[0]
     try:
-        found = single_stroke(scene, None if rest else _QUICK, rates=rest, near=near)
+        stroke = single_stroke(scene, None if rest else _QUICK, rates=rest, near=near)
     except SceneError:
         _last_stroke.clear()
         if near is None:
             raise
-        found = single_stroke(scene, _QUICK, rates=False)
-    _last_stroke[:] = [found]
-    return found
+        stroke = single_stroke(scene, _QUICK, rates=False)
+    _last_stroke[:] = [stroke]
+    return stroke
 
 
 def _sized(subject: Subject, rest: bool) -> tuple[Sizing | None, Machine | None, list[Fault]]:
@@ -144,8 +144,8 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
     """The results as rows; during a drag without a confirmation, because none has been computed yet."""
     if sizing is None:
         return []
-    found = summary(sizing, units, motions=rest)
-    return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in found]
+    blocks = summary(sizing, units, motions=rest)
+    return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in blocks]
 
 
 def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
@@ -232,7 +232,7 @@ def _views_of(scene: Scene) -> tuple[sketch.View, ...]:
 
 def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
     poses, made, linkage = view.poses(q), view.sketch, view.solution.linkage
-    known = sketch.places(linkage)
+    positions = sketch.places(linkage)
     shapes = [
         {
             "kind": shape.kind,
@@ -252,7 +252,7 @@ def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
         "name": view.mechanism.name,
         "bodies": bodies,
         "shapes": shapes,
-        "traces": [{"name": trace.name, "at": _place(known[trace.name])} for trace in made.traces],
+        "traces": [{"name": trace.name, "at": _place(positions[trace.name])} for trace in made.traces],
         "labels": [{"text": label.text, "body": label.body, "at": _place(label.at)} for label in made.labels],
         "centres": [{"body": link.name, "at": _place((link.name, link.com))} for link in linkage.links if link.mass],
         "box": view.box,

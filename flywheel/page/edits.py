@@ -45,10 +45,10 @@ MOST_EDITS = 1000
 class Draft:
     """A text that is being edited, its outline and its form."""
 
-    def __init__(self, text: str, known: Draft | None = None) -> None:
-        self.outline: Outline = outline(text) if known is None else known.outline
+    def __init__(self, text: str, earlier: Draft | None = None) -> None:
+        self.outline: Outline = outline(text) if earlier is None else earlier.outline
         self.faults: list[Fault] = []
-        self._form: Form | None = None if known is None else known.form
+        self._form: Form | None = None if earlier is None else earlier.form
 
     @property
     def form(self) -> Form:
@@ -57,10 +57,10 @@ class Draft:
             self._form = form_of(self.outline)
         return self._form
 
-    def change(self, found: Outline) -> None:
+    def change(self, outline: Outline) -> None:
         """A change to another text."""
-        if found.text != self.outline.text:
-            self.outline, self._form = found, None
+        if outline.text != self.outline.text:
+            self.outline, self._form = outline, None
 
     def edit(self, path: str, value: str | None, unit: str | None = None) -> None:
         """One edit: another value of a field, a unit into which it is converted, a new key or table, or (None) its removal.
@@ -135,11 +135,11 @@ class Draft:
     def _with_more(self, place: KeyPath, more: More, value: str) -> Outline:
         """Adds a key or a table, and removes what it replaces."""
         written = written_more(more, value)
-        found = self.outline
+        outline = self.outline
         for name in more.instead:
             with suppress(EditError):
-                found = without(found, (*place[:-1], name))
-        return with_value(found, place, written)
+                outline = without(outline, (*place[:-1], name))
+        return with_value(outline, place, written)
 
     # -- another type
 
@@ -155,15 +155,15 @@ class Draft:
             return made[0] if made else typed
         return min(made, key=lambda changed: _faults_within(changed, above))
 
-    def _with_table(self, found: Outline, above: KeyPath, beginning: Beginning) -> Outline:
+    def _with_table(self, outline: Outline, above: KeyPath, beginning: Beginning) -> Outline:
         """The text with the keys of a table that a beginning keeps, and with those that it adds."""
-        for key in list(value_at(found.mapping, above)):
+        for key in list(value_at(outline.mapping, above)):
             if key not in beginning.keep:
-                found = without(found, (*above, key))
+                outline = without(outline, (*above, key))
         for path, value in beginning.begun.items():
-            if value_at(found.mapping, path) is None:
-                found = with_value(found, path, value)
-        return found
+            if value_at(outline.mapping, path) is None:
+                outline = with_value(outline, path, value)
+        return outline
 
 
 class Beginning(NamedTuple):
@@ -289,8 +289,8 @@ def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
     effort, value = ("torque", "1 N m") if rotating else ("force", "1 N")
     speed, at = ("speed", "100 rpm") if rotating else ("velocity", "1 m/s")
     names = {"EFFORT": effort, "SPEED": speed}
-    given = {names.get(key, key): {"EFFORT": value, "SPEED": at}.get(key, item) for key, item in values.items()}
-    return {key: literal(value if item == "EFFORT" else item) for key, item in given.items()}
+    values_by_key = {names.get(key, key): {"EFFORT": value, "SPEED": at}.get(key, item) for key, item in values.items()}
+    return {key: literal(value if item == "EFFORT" else item) for key, item in values_by_key.items()}
 
 
 def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> Beginning:
@@ -306,9 +306,9 @@ def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Map
     begun: dict[KeyPath, str] = {}
     for part in family.parts:
         for key in part.keys:
-            given = example.get(part.name, {}).get(key.name, None if scene else example_of(key))
-            if key.required and given is not None:
-                begun[(*above, part.name_in(table), key.name)] = literal(_scaled(given, key, share))
+            start = example.get(part.name, {}).get(key.name, None if scene else example_of(key))
+            if key.required and start is not None:
+                begun[(*above, part.name_in(table), key.name)] = literal(_scaled(start, key, share))
     for key in family.keys:
         if key.required and key.name in example:
             begun[(*above, key.name)] = literal(example[key.name])
@@ -319,11 +319,11 @@ def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Map
     return Beginning(keep, begun)
 
 
-def _scaled(given: object, key: Key, share: float) -> object:
+def _scaled(value: object, key: Key, share: float) -> object:
     """A length in proportion, to three digits; anything else as it is."""
-    parts = split_quantity(given) if isinstance(given, str) else None
+    parts = split_quantity(value) if isinstance(value, str) else None
     if key.kind != "length" or parts is None:
-        return given
+        return value
     return f"{float(f'{float(parts[0]) * share:.3g}'):.10g} {parts[1]}"
 
 
@@ -407,8 +407,8 @@ class Session:
 
     def folder_of(self, origin: str) -> Path:
         """Folder of a scene's CSV files: that of the example that it comes from, else that of the scene."""
-        found = _example_files().get(origin) if origin else None
-        return self.folder if found is None else found.parent
+        file = _example_files().get(origin) if origin else None
+        return self.folder if file is None else file.parent
 
     def start(self, name: str) -> dict[str, str]:
         """A starter or an example by its id; raises KeyError for another."""
@@ -532,8 +532,8 @@ def _example_files() -> dict[str, Path]:
     """Scenes of the examples by their ids, if they lie next to the package, as in a copy of the project."""
     if not (_EXAMPLES / "machines").is_dir():
         return {}
-    found = sorted(file for file in _EXAMPLES.glob("*/*.toml") if file.parent.name != "bond_graphs")
-    return {f"example/{file.parent.name}/{file.stem}": file for file in found}
+    files = sorted(file for file in _EXAMPLES.glob("*/*.toml") if file.parent.name != "bond_graphs")
+    return {f"example/{file.parent.name}/{file.stem}": file for file in files}
 
 
 @cache

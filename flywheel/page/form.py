@@ -193,14 +193,14 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
     lines = {name: outline.line(path) for name, path in outline.places.items()}
     values = {name: outline.values[path] for name, path in outline.places.items() if path in outline.values}
     spans = {name: (value.start, value.stop) for name, value in values.items()}
-    known = {group.path for group in form.groups} | {field.path for group in form.groups for field in group.fields}
+    paths = {group.path for group in form.groups} | {field.path for group in form.groups for field in group.fields}
     wrong: dict[str, list[str]] = {}
     for fault in faults:
         where = fault.path
-        while where and where not in known:
+        while where and where not in paths:
             where = where[: max(where.rfind("."), where.rfind("["), 0)]
         wrong.setdefault(where, []).append(fault.sentence)
-    told = {path: "; ".join(messages) for path, messages in wrong.items()}
+    messages_by_path = {path: "; ".join(messages) for path, messages in wrong.items()}
     return [
         {
             "path": group.path,
@@ -208,12 +208,13 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
             "about": group.about,
             "level": group.level,
             "fields": [
-                field.as_dict(lines.get(field.path), spans.get(field.path), told.get(field.path)) for field in group.fields
+                field.as_dict(lines.get(field.path), spans.get(field.path), messages_by_path.get(field.path))
+                for field in group.fields
             ],
             "more": [more._asdict() for more in group.more],
             "removable": group.removable,
             "line": lines.get(group.path),
-            "fault": told.get(group.path) if group.path else None,
+            "fault": messages_by_path.get(group.path) if group.path else None,
         }
         for group in form.groups
     ]
@@ -342,12 +343,23 @@ class _Reader:
         """The group of a table, and those of the tables within it; a model acts where its load does, `on`."""
         table = raw if isinstance(raw, Mapping) else {}
         on = table.get("on", on)
-        known = (path, title, section.name, section.about, removable, level, repr(on), self.places, current(), repr(table))
-        if known not in _kept:
+        cache_key = (
+            path,
+            title,
+            section.name,
+            section.about,
+            removable,
+            level,
+            repr(on),
+            self.places,
+            current(),
+            repr(table),
+        )
+        if cache_key not in _kept:
             if len(_kept) >= _MOST_KEPT:
                 _kept.clear()
-            _kept[known] = tuple(self.new_table(path, title, section, table, removable, level, on))
-        return _kept[known]
+            _kept[cache_key] = tuple(self.new_table(path, title, section, table, removable, level, on))
+        return _kept[cache_key]
 
     def new_table(
         self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int, on: object
@@ -405,14 +417,14 @@ class _Reader:
         self, path: str, keys: Iterable[Key], table: Mapping[str, Any], rotating: bool | None = None
     ) -> Iterator[Field]:
         """The fields of keys that a table has or needs; then those of keys that it should not have."""
-        known = set()
+        names = set()
         for key in keys:
-            known.add(key.name)
+            names.add(key.name)
             if key.name in table or key.required:
                 yield from self.field(f"{path}.{key.name}" if path else key.name, key, table.get(key.name), rotating)
         if path:
             for name, value in table.items():
-                if name not in known and not isinstance(value, (dict, list)):
+                if name not in names and not isinstance(value, (dict, list)):
                     yield Field(child(path, name), name, "", "text", _shown(value), value)
 
     def field(self, path: str, key: Key, value: object, rotating: bool | None) -> Iterator[Field]:
@@ -670,8 +682,8 @@ def _factor(unit: str, dimension: str) -> float:
     """SI value of a unit."""
     if not unit:
         return 1.0
-    found = parse_unit(unit, dimension)
-    return found.numerator / found.denominator
+    unit_factor = parse_unit(unit, dimension)
+    return unit_factor.numerator / unit_factor.denominator
 
 
 @cache

@@ -58,8 +58,8 @@ class Places(NamedTuple):
         """Tests whether a place rotates; None if there is no such place."""
         if name in self.shafts:
             return not self.sliding
-        found = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}
-        return found.pop() if len(found) == 1 else None
+        kinds = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}
+        return kinds.pop() if len(kinds) == 1 else None
 
     def begun(self, section: str) -> str:
         """An initial table or parameter as TOML, with little effect."""

@@ -58,7 +58,7 @@ def answer(request: Mapping[str, Any]) -> bytes:
             faults += placed_in(figures.pop("faults"), text)
         except SceneError as error:
             faults += placed_in(error.faults, text)
-        told = {
+        reply = {
             "text": text,
             "form": as_groups(draft.form, draft.outline, faults),
             "faults": [as_fault(fault) for fault in faults],
@@ -66,7 +66,7 @@ def answer(request: Mapping[str, Any]) -> bytes:
             "answer": figures,
             "milliseconds": round(1e3 * (perf_counter() - begin), 3),
         }
-    return json.dumps(told, allow_nan=False, separators=(",", ":")).encode()
+    return json.dumps(reply, allow_nan=False, separators=(",", ":")).encode()
 
 
 def edited(text: str, edits: object) -> Draft:
@@ -93,8 +93,8 @@ def scene_of(text: str, request: Mapping[str, Any]) -> Scene:
 
 def spoken(request: Mapping[str, Any]) -> str:
     """The requested language; English if there is no such language."""
-    asked = request.get("language", "en")
-    return asked if asked in language.LANGUAGES else "en"
+    tongue = request.get("language", "en")
+    return tongue if tongue in language.LANGUAGES else "en"
 
 
 def report(request: Mapping[str, Any]) -> bytes:
@@ -110,10 +110,10 @@ def report(request: Mapping[str, Any]) -> bytes:
             return contents.pdf(written) if request["format"] == "pdf" else written.encode()
         except SceneError as error:
             faults = placed_in(error.faults, text)
-            told = {"message": "; ".join(map(str, faults)), "faults": [as_fault(fault) for fault in faults]}
+            reply = {"message": "; ".join(map(str, faults)), "faults": [as_fault(fault) for fault in faults]}
         except contents.PrintError as error:
-            told = {"message": str(error), "faults": []}
-    return json.dumps(told).encode()
+            reply = {"message": str(error), "faults": []}
+    return json.dumps(reply).encode()
 
 
 def as_fault(fault: Fault) -> dict[str, Any]:
@@ -272,14 +272,14 @@ class Workers:
         self._thorough.close()
 
 
-def failure(found: str, request: Mapping[str, Any]) -> bytes:
+def failure(defect: str, request: Mapping[str, Any]) -> bytes:
     """Answer to a page if nothing could be computed: the text with its edits, and the reason."""
     with language.use(spoken(request)):
         text = edited(plain_lines(request.get("text", "")), request.get("edits")).outline.text
-    fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
-    fault["message"] = message = f"found {found}, expected {fault['expected']}"
-    told = {"message": message, "text": text, "form": None, "faults": [fault], "remarks": []}
-    return json.dumps(told | {"answer": None, "milliseconds": 0}).encode()
+    fault = {"path": "scene", "line": None, "found": defect, "expected": "an answer in time", "advice": ""}
+    fault["message"] = message = f"found {defect}, expected {fault['expected']}"
+    reply = {"message": message, "text": text, "form": None, "faults": [fault], "remarks": []}
+    return json.dumps(reply | {"answer": None, "milliseconds": 0}).encode()
 
 
 @contextmanager
@@ -376,18 +376,18 @@ def _json(value: Mapping[str, Any], status: HTTPStatus = HTTPStatus.OK) -> Reply
 
 def static_files() -> dict[str, Any]:
     """Every file of the page by its address below the secret: no other file is ever sent from the disk."""
-    found: dict[str, Any] = {}
+    by_path: dict[str, Any] = {}
 
     def collect(folder: Any, address: str) -> None:
         for entry in folder.iterdir():
             if entry.is_dir():
                 collect(entry, f"{address}{entry.name}/")
             elif entry.name.rpartition(".")[2] in _TYPES:
-                found[f"{address}{entry.name}"] = entry
+                by_path[f"{address}{entry.name}"] = entry
 
     collect(files(__package__) / "static", "static/")
-    found[""] = found.pop("static/index.html")
-    return found
+    by_path[""] = by_path.pop("static/index.html")
+    return by_path
 
 
 class PageServer(ThreadingHTTPServer):
@@ -652,13 +652,13 @@ class _Handler(BaseHTTPRequestHandler):
         body = self._body()
         self.server.asked(self.connection)
         try:
-            given = json.loads(body)
+            content = json.loads(body)
         except (ValueError, RecursionError):
             raise RefusedError(HTTPStatus.BAD_REQUEST) from None
-        if not isinstance(given, dict):
+        if not isinstance(content, dict):
             raise RefusedError(HTTPStatus.BAD_REQUEST)
         with _refusals():
-            return _CALLS[below](self.server, given)
+            return _CALLS[below](self.server, content)
 
 
 @contextmanager
@@ -670,43 +670,43 @@ def _refusals() -> Iterator[None]:
         raise RefusedError(HTTPStatus.BAD_REQUEST) from None
 
 
-def _text(given: Mapping[str, Any], name: str, default: str = "") -> str:
+def _text(request: Mapping[str, Any], name: str, default: str = "") -> str:
     """A text of a call; invalid Unicode becomes the replacement character."""
-    value = given.get(name, default)
+    value = request.get(name, default)
     if not isinstance(value, str):
         raise TypeError(name)
     return value.encode("utf-8", "replace").decode("utf-8")
 
 
-def _answer(server: PageServer, given: dict[str, Any]) -> Reply:
+def _answer(server: PageServer, message: dict[str, Any]) -> Reply:
     """Form, faults and figures of a text."""
-    folder = server.session.folder_of(_text(given, "origin"))
-    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name}
+    folder = server.session.folder_of(_text(message, "origin"))
+    request = {**message, "text": _text(message, "text"), "folder": str(folder), "name": server.session.name}
     try:
-        return Reply(server.workers.ask("answer", request, _text(given, "page"), bool(given.get("rest"))))
+        return Reply(server.workers.ask("answer", request, _text(message, "page"), bool(message.get("rest"))))
     except OvertakenError:
         return _json({"reason": "overtaken"}, HTTPStatus.CONFLICT)
 
 
-def _report(server: PageServer, given: dict[str, Any]) -> Reply:
+def _report(server: PageServer, message: dict[str, Any]) -> Reply:
     """The worked report as a file, or its cover sheet alone, which has a file name of its own."""
-    kind, alone = _text(given, "format", "html"), given.get("cover_sheet", False)
+    kind, alone = _text(message, "format", "html"), message.get("cover_sheet", False)
     if kind not in ("html", "pdf") or not isinstance(alone, bool):
         raise ValueError(f"{kind} {alone}")
-    folder = server.session.folder_of(_text(given, "origin"))
-    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name}
+    folder = server.session.folder_of(_text(message, "origin"))
+    request = {**message, "text": _text(message, "text"), "folder": str(folder), "name": server.session.name}
     answer = server.workers.report({**request, "format": kind, "cover_sheet": alone})
     if answer[:1] == b"{":
         return Reply(answer, status=HTTPStatus.UNPROCESSABLE_ENTITY)
     return Reply(answer, kind, name=f"{server.session.stem}{'-cover-sheet' * alone}.{kind}")
 
 
-def _save(server: PageServer, given: dict[str, Any]) -> Reply:
+def _save(server: PageServer, request: dict[str, Any]) -> Reply:
     """Writes the text to the disk, or answers with the reason why not."""
-    path = given.get("path")
+    path = request.get("path")
     try:
-        place = None if path is None else _text(given, "path")
-        saved = server.session.save(_text(given, "text"), place, given.get("over") is True, _text(given, "seen"))
+        place = None if path is None else _text(request, "path")
+        saved = server.session.save(_text(request, "text"), place, request.get("over") is True, _text(request, "seen"))
     except Conflict as conflict:
         return _json(conflict.told, HTTPStatus.CONFLICT)
     except Refusal as refusal:
@@ -714,9 +714,9 @@ def _save(server: PageServer, given: dict[str, Any]) -> Reply:
     return _json(saved)
 
 
-def _start(server: PageServer, given: dict[str, Any]) -> Reply:
+def _start(server: PageServer, request: dict[str, Any]) -> Reply:
     """A starter or an example."""
-    return _json(server.session.start(_text(given, "id")))
+    return _json(server.session.start(_text(request, "id")))
 
 
 _CALLS = {"api/answer": _answer, "api/report": _report, "api/save": _save, "api/start": _start}

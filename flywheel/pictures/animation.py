@@ -95,10 +95,10 @@ def _of_even_motion(scene: Scene, view: View) -> Timing:
     Without a speed the velocity is that per unit of the driver's.
     """
     stroke = scene.stroke
-    given, sliding = (scene.speed if stroke is None else stroke.speed), stroke is not None and stroke.sliding
-    if given == 0.0:
+    own_speed, sliding = (scene.speed if stroke is None else stroke.speed), stroke is not None and stroke.sliding
+    if own_speed == 0.0:
         raise SceneError([Fault("stroke.speed", "0", "a speed at which the stroke comes to an end")])
-    speed = 1.0 if given is None else given
+    speed = 1.0 if own_speed is None else own_speed
     ends = (0.0, scene.cycle) if stroke is None else (stroke.start, stroke.end)
     q = np.linspace(*(ends if speed > 0.0 else ends[::-1]), _POINTS)
     poses, linkage = view.poses(q), view.solution.linkage
@@ -111,14 +111,14 @@ def _of_even_motion(scene: Scene, view: View) -> Timing:
         gain, label = poses.angle(name).rate, f"angular velocity of {name}"
     along, driver = ("m", "1") if slides else ("1", "1/m"), "driver" if stroke is not None else "crank"
     whole = "Stroke" if stroke is not None else "Cycle without a flywheel"
-    if given is None:
+    if own_speed is None:
         title, label = f"{whole}, the {driver} moving evenly:\nno speed is given", f"{label}\nper speed of the {driver}"
         unit = along[sliding]
     else:
         at = f"{number(speed, 0.0, 5)} m/s" if sliding else f"{number(RPM * speed, 0.0, 5)} rpm"
         title, unit = f"{whole} at {at}", "m/s" if slides else "rad/s"
     time = np.abs(q - q[0]) / abs(speed)
-    return Timing(q, time, view.ratio * speed * gain, title, f"{label}, {unit}", stroke is None, given is not None)
+    return Timing(q, time, view.ratio * speed * gain, title, f"{label}, {unit}", stroke is None, own_speed is not None)
 
 
 # -- animation ---------------------------------------------------------------------------------------------------------

@@ -95,14 +95,14 @@ def _bars(result: Sensitivities, name: str) -> int:
 def _tornado(panel: Axes, result: Sensitivities, name: str, short: dict[str, str], most: int) -> None:
     """The bars of one figure."""
     sides = {path: _sides(result, name, path) for path in result.numbers}
-    known = [path for path in sides if not all(map(isnan, sides[path])) and sides[path] != (0.0, 0.0)]
-    widths = {path: float(np.nanmax(np.abs(sides[path]))) for path in known}
-    order = sorted((path for path in known if widths[path] > _THIN * max(widths.values())), key=lambda path: -widths[path])
+    paths = [path for path in sides if not all(map(isnan, sides[path])) and sides[path] != (0.0, 0.0)]
+    widths = {path: float(np.nanmax(np.abs(sides[path]))) for path in paths}
+    order = sorted((path for path in paths if widths[path] > _THIN * max(widths.values())), key=lambda path: -widths[path])
     order = order[:most]
     name_axes(panel, f"{_about(name)}: {written(result.values[name])} {_unit(result.figure_units[name])}".rstrip(), "", "")
     widest = max((widths[path] for path in order), default=1.0)
-    if len(known) > len(order):
-        panel.annotate(f"{len(known) - len(order)} more, shorter", (0.99, 0.03), xycoords="axes fraction", ha="right",
+    if len(paths) > len(order):
+        panel.annotate(f"{len(paths) - len(order)} more, shorter", (0.99, 0.03), xycoords="axes fraction", ha="right",
                        fontsize=8.5, color=GREY)  # fmt: skip
     for k, path in enumerate(order):
         left, right = sides[path]
@@ -157,9 +157,9 @@ def draw_tolerance(result: Tolerance, names: Sequence[str] = ()) -> Figure:
 
 def _histogram(panel: Axes, result: Tolerance, name: str) -> None:
     spread, values = result.spreads[name], result.figures[name]
-    known = values[np.isfinite(values)]
+    finite = values[np.isfinite(values)]
     name_axes(panel, "", f"{_about(name)}, {_unit(result.figure_units[name])}".rstrip(", "), "samples")
-    panel.hist(known, bins=min(40, max(8, known.size // 25)), color=BLUE, alpha=0.55, lw=0)
+    panel.hist(finite, bins=min(40, max(8, finite.size // 25)), color=BLUE, alpha=0.55, lw=0)
     panel.axvline(spread.nominal, color="black", lw=1.4, label="as given")
     panel.axvline(spread.mean, color=GREEN, ls="--", lw=1.4, label="mean")
     if spread.least is not None and spread.greatest is not None:
@@ -204,8 +204,8 @@ def draw_optimum(result: Optimum) -> Figure:
     above.plot(x[course.kept], course.values[course.kept], ".", color=GREY, ms=3.5, label="a design")
     if lost.any():
         above.plot(x[lost], course.values[lost], "x", color=PALE, ms=4, label="one that breaks a limit", zorder=1)
-    known = np.isfinite(best)
-    above.step(x[known], sign * best[known], where="post", color=BLUE, lw=1.8, label="the best so far")
+    finite = np.isfinite(best)
+    above.step(x[finite], sign * best[finite], where="post", color=BLUE, lw=1.8, label="the best so far")
     if result.value_before is not None:
         above.axhline(result.value_before, color="black", lw=0.9, ls="--", label="the scene's own numbers")
     _zoom(above, course.values[course.kept])
@@ -217,7 +217,7 @@ def draw_optimum(result: Optimum) -> Figure:
         quantity = (
             f"{written(degrees(value))}°" if result.units[path] == "rad" else f"{written(value)} {_unit(result.units[path])}"
         )
-        below.step(x[known], share[leader][known], where="post", color=colours[k % len(colours)], lw=1.6,
+        below.step(x[finite], share[leader][finite], where="post", color=colours[k % len(colours)], lw=1.6,
                    label=f"{short[path]} = {quantity}".rstrip())  # fmt: skip
     name_axes(below, "", "designs in the order in which they were tried", "numbers of the best,\n% of their bounds")
     below.set_ylim(-4.0, 104.0)
@@ -269,12 +269,12 @@ def plot_sweep(result: Sweep, path: str | Path) -> None:
 def draw_sweep(result: Sweep) -> Figure:
     """The picture, not yet written anywhere."""
     varied = [path for path, column in result.columns.items() if np.ptp(column) > 0.0]
-    known = np.isfinite(result.values[objective(result)])
-    if len(varied) == 1 and known.any():
+    finite = np.isfinite(result.values[objective(result)])
+    if len(varied) == 1 and finite.any():
         return _curves(result, varied[0])
-    if len(varied) == 2 and known.any() and (ground := _ground(result, varied, known)) is not None:
+    if len(varied) == 2 and finite.any() and (ground := _ground(result, varied, finite)) is not None:
         return _map(result, varied, ground)
-    return _parallel(result, varied, known)
+    return _parallel(result, varied, finite)
 
 
 def _label(result: Sweep, name: str) -> str:
@@ -363,23 +363,23 @@ class _Ground(NamedTuple):
     values: Callable[[Array], Array]
 
 
-def _ground(result: Sweep, varied: list[str], known: NDArray[np.bool_]) -> _Ground | None:
+def _ground(result: Sweep, varied: list[str], finite: NDArray[np.bool_]) -> _Ground | None:
     """The ground of a map of two numbers, logarithmic ones by their logarithms; None if the designs lie on a line."""
     from matplotlib.tri import LinearTriInterpolator, Triangulation, UniformTriRefiner
 
-    wide = [_wide(result.columns[path][known]) for path in varied]
+    wide = [_wide(result.columns[path][finite]) for path in varied]
     every = np.stack([result.columns[path] for path in varied])
     with np.errstate(invalid="ignore", divide="ignore"):
         every = np.stack([np.log(row) if log else row for row, log in zip(every, wide, strict=True)])
-    low, span = every[:, known].min(axis=1), np.ptp(every[:, known], axis=1)
-    if known.sum() < 4 or not (span > 0.0).all():
+    low, span = every[:, finite].min(axis=1), np.ptp(every[:, finite], axis=1)
+    if finite.sum() < 4 or not (span > 0.0).all():
         return None
     every = (every - low[:, None]) / span[:, None]
-    points = every[:, known]
+    points = every[:, finite]
     if np.linalg.svd(points - points.mean(axis=1)[:, None], compute_uv=False)[-1] < 1e-6:
         return None
     ground = Triangulation(*points)
-    lost = every[:, ~known & np.isfinite(every).all(axis=0)]
+    lost = every[:, ~finite & np.isfinite(every).all(axis=0)]
     if lost.size:
         ground.set_mask(_holes(points[:, ground.triangles], lost))
     corners = ground
@@ -415,8 +415,8 @@ def _wide(column: Array) -> bool:
 def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
     """Contours of the exact flywheel over two numbers, its minimum, and where the approximate one is too light."""
     name = objective(result)
-    known = np.isfinite(result.values[name])
-    values = result.values[name][known]
+    finite = np.isfinite(result.values[name])
+    values = result.values[name][finite]
     made = figure(9.0, 6.8, _heading(result.scene.title, f"{_label(result, name)}: {len(result)} designs"))
     panel = made.subplots()
     name_axes(panel, "", _label(result, varied[0]), _label(result, varied[1]))
@@ -424,8 +424,8 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
     handles: list[Any] = []
     if np.ptp(values) > 0.0:
         _draw_contours(panel, ground, values, _label(result, name))
-    if name == "exact" and (light := too_light(result)[known]).any():
-        share = (result.values["approximate"][known] - values) / np.maximum(values, 1e-300)
+    if name == "exact" and (light := too_light(result)[finite]).any():
+        share = (result.values["approximate"][finite] - values) / np.maximum(values, 1e-300)
         fine = ground.values(share)
         least = min(2.0 * float(fine.min()), -1.0)
         area = panel.tricontourf(ground.triangles, fine, levels=[least, -_LIGHTER], colors="none", hatches=["xxx"], zorder=3)
@@ -433,8 +433,8 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
         if not light.all():
             panel.tricontour(ground.triangles, fine, levels=[-_LIGHTER], colors=VERMILLION, linewidths=1.6, zorder=4)
         handles.append(Patch(facecolor="none", edgecolor=VERMILLION, hatch="xxx", lw=1.2, label=_DANGER))
-    if not known.all():
-        lost = [result.columns[path][~known] for path in varied]
+    if not finite.all():
+        lost = [result.columns[path][~finite] for path in varied]
         (mark,) = panel.plot(*lost, "x", color=GREY, ms=4, label="refused", zorder=2)
         handles.append(mark)
     best = result.argmin(name)
@@ -443,7 +443,7 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
     (star,) = panel.plot(*place, "*", color=VERMILLION, mec="white", ms=16, label=words, zorder=6, clip_on=False)
     made.legend(handles=[star, *handles], loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     for axis, path in (("x", varied[0]), ("y", varied[1])):
-        if _wide(result.columns[path][known]):
+        if _wide(result.columns[path][finite]):
             getattr(panel, f"set_{axis}scale")("log")
     return made
 
@@ -469,21 +469,21 @@ def _draw_contours(panel: Axes, ground: _Ground, values: Array, label: str) -> N
 # -- more --------------------------------------------------------------------------------------------------------------
 
 
-def _parallel(result: Sweep, varied: list[str], known: NDArray[np.bool_]) -> Figure:
+def _parallel(result: Sweep, varied: list[str], finite: NDArray[np.bool_]) -> Figure:
     """Every design as a line over its numbers and figures; those of the front, and those that are dangerous, stand out."""
     name = objective(result)
-    shown = [*(varied or list(result.columns)), *(each for each in (name, "approximate", "power") if each in result.names)]
-    made = figure(max(9.0, 1.5 * len(shown)), 6.0, _heading(result.scene.title, f"{len(result)} designs"))
+    axes = [*(varied or list(result.columns)), *(each for each in (name, "approximate", "power") if each in result.names)]
+    made = figure(max(9.0, 1.5 * len(axes)), 6.0, _heading(result.scene.title, f"{len(result)} designs"))
     made.set_dpi(DPI)
     panel = made.subplots()
-    index = np.flatnonzero(known)
+    index = np.flatnonzero(finite)
     if not index.size:
         panel.set_axis_off()
         panel.text(0.5, 0.5, "every design is refused", ha="center", transform=panel.transAxes)
         return made
-    aims = [name] + [other for other in ("power",) if other in result.names and np.ptp(np.abs(result[other][known])) > 0.0]
+    aims = [name] + [other for other in ("power",) if other in result.names and np.ptp(np.abs(result[other][finite])) > 0.0]
     front = result.pareto(*(np.abs(result[aim]) for aim in aims))
-    rows = np.stack([np.asarray(result[key], float)[index] for key in shown], axis=1)
+    rows = np.stack([np.asarray(result[key], float)[index] for key in axes], axis=1)
     low, span = rows.min(axis=0), np.ptp(rows, axis=0)
     wide = (low > 0.0) & (low + span > _WIDE_SWEEP * low)
     level = np.where(wide, np.log(np.where(wide, rows, 1.0)), rows)
@@ -493,21 +493,21 @@ def _parallel(result: Sweep, varied: list[str], known: NDArray[np.bool_]) -> Fig
     ahead = np.array([place[int(k)] for k in front])
     some = np.unique(np.linspace(0, index.size - 1, min(_LINES, index.size)).astype(int))
     light = too_light(result)[index]
-    across = np.arange(len(shown))
+    across = np.arange(len(axes))
     pale, faint = [some[~light[some]], some[light[some]]], 0.5 if some.size < 100 else 0.25
     for which, colour in zip(pale, (GREY, VERMILLION), strict=True):
         lines = [np.stack([across, scaled[k]], axis=1) for k in which]
         panel.add_collection(LineCollection(lines, colors=colour, linewidths=0.6, alpha=faint, zorder=1))
     best = [np.stack([across, scaled[k]], axis=1) for k in ahead]
     panel.add_collection(LineCollection(best, colors=BLUE, linewidths=1.6 if len(best) < 40 else 0.9, zorder=3))
-    panel.set_xlim(-0.25, len(shown) - 0.75)
+    panel.set_xlim(-0.25, len(axes) - 0.75)
     panel.set_ylim(-0.09, 1.09)
     panel.set_yticks([])
     panel.set_xticks(
         across,
         [
             _label(result, key).replace(", ", ",\n") + "\n(logarithmic)" * bool(log)
-            for key, log in zip(shown, wide, strict=True)
+            for key, log in zip(axes, wide, strict=True)
         ],
         fontsize=8.5,
     )
@@ -595,14 +595,14 @@ def draw_tradeoff(result: Tradeoff) -> Figure:
     return made
 
 
-def _subtitle(result: Tradeoff, shown: int) -> str:
+def _subtitle(result: Tradeoff, count: int) -> str:
     best = "No method that was run meets the tolerance"
     if result.cheapest is not None:
         row = result.row(result.cheapest)
         best = f"Cheapest that keeps {result.rtol:g}: {row.name}, {plain(1e3 * (row.seconds or 0.0), 3)} ms"
     if not result.complete:
-        return f"{best}\nINCOMPLETE: {len(result.rows) - shown} of {len(result.rows)} methods are missing"
-    return f"{best}; {len(result.rows) - shown} methods have no answer" if shown < len(result.rows) else best
+        return f"{best}\nINCOMPLETE: {len(result.rows) - count} of {len(result.rows)} methods are missing"
+    return f"{best}; {len(result.rows) - count} methods have no answer" if count < len(result.rows) else best
 
 
 def _draw_series(panel: Axes, rows: list[MethodRow], points: Array) -> list[tuple[Array, Array]]:

@@ -324,7 +324,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
     total = np.sum(list(bodies.values()), axis=0)
     extent = part.sizing.reduced_inertia if part.sizing is not None else None
     least, greatest, mean = extent or (float(total.min()), float(total.max()), None)
-    shown = forms.most(bodies)
+    bodies_drawn = forms.most(bodies)
     sliding = part.scene.reduction_element == "slide"
     unit, symbol = ("kg", "m*") if sliding else ("kg m²", "I*")
     cycle = None if part.sizing is None else part.sizing.cycle
@@ -342,7 +342,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
     if sliding:
         title = _("Reduced mass by body")
     figures = {
-        "bodies": [{"name": body, "values": values} for body, values in shown.items()],
+        "bodies": [{"name": body, "values": values} for body, values in bodies_drawn.items()],
         "total": total,
         "least": least,
         "greatest": greatest,
@@ -351,7 +351,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
     }
     stack = [
         Curve(f"bodies.{k}.values", noun(body), BODY_COLOURS[k % len(BODY_COLOURS)], drawn=False, body=body)
-        for k, body in enumerate(shown)
+        for k, body in enumerate(bodies_drawn)
     ]
     row = Row(
         key="inertia",
@@ -667,8 +667,8 @@ def forces_of(part: Part) -> JointForces | str:
     drawn = [mechanism.name for mechanism in scene.mechanisms if has_joints(mechanism)]
     if machine is None or not drawn:
         return _("The machine has no joints whose reactions are computed.")
-    asked = part.view.get("mechanism")
-    names = drawn if part.view.get("kind") == QUANTITIES[3] else [asked if asked in drawn else drawn[0]]
+    choice = part.view.get("mechanism")
+    names = drawn if part.view.get("kind") == QUANTITIES[3] else [choice if choice in drawn else drawn[0]]
     try:
         if sizing is not None:
             return regime_forces(sizing, part.axis.taken, names)
@@ -686,16 +686,16 @@ def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
     """The force in every joint of a mechanism, and its driving action."""
     if isinstance(forces, str):
         return forces
-    asked = part.view.get("mechanism")
-    name = str(asked) if asked in forces.mechanisms else next(iter(forces.mechanisms))
-    reactions, shown = forces.mechanisms[name].cleared(), part.axis.shown
+    choice = part.view.get("mechanism")
+    name = str(choice) if choice in forces.mechanisms else next(iter(forces.mechanisms))
+    reactions, grid = forces.mechanisms[name].cleared(), part.axis.shown
     if not forces.inertia and not any(map(np.any, reactions.forces.values())):
         return _("No speed is given, and so no inertia force; nothing else acts on the joints: add regime.speed.")
     linkage = reactions.poses.linkage
     drawn = [mechanism.name for mechanism in part.scene.mechanisms if has_joints(mechanism)]
     figures = {"mechanism": name, "mechanisms": drawn, "without_inertia": not forces.inertia}
-    figures |= forms.force_figures(reactions, shown)
-    rows = tuple(forms.force_rows(figures, linkage, shown, cyclic=part.scene.stroke is None))
+    figures |= forms.force_figures(reactions, grid)
+    rows = tuple(forms.force_rows(figures, linkage, grid, cyclic=part.scene.stroke is None))
     remarks = [_("Actions of the first body of each joint on the second.")]
     if linkage.sliding:
         remarks.append(_("Numbers along the curves are positions of the driver in mm."))
@@ -724,13 +724,13 @@ def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
     kinds = QUANTITIES if joints else QUANTITIES[:3]
     quantity = part.view.get("kind")
     quantity = quantity if quantity in kinds else QUANTITIES[1]
-    known = list(joints) if quantity == QUANTITIES[3] else list(curves)
-    if not known:
+    choices = list(joints) if quantity == QUANTITIES[3] else list(curves)
+    if not choices:
         return _("Nothing moves.")
     of = str(part.view.get("of"))
-    of = of if of in known else _first(scene, known)
+    of = of if of in choices else _first(scene, choices)
     reacts = bool(joints) or (not forces and any(map(has_joints, scene.mechanisms)))
-    figures: dict[str, Any] = {"of": of, "quantity": quantity, "choices": known, "reacts": reacts, "condition": condition}
+    figures: dict[str, Any] = {"of": of, "quantity": quantity, "choices": choices, "reacts": reacts, "condition": condition}
     if quantity == QUANTITIES[3] and not isinstance(forces, str):
         force, unit = joints[of], "N"
         condition["without_inertia"] = not forces.inertia
@@ -743,9 +743,9 @@ def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
         if kind == POINT:
             rows = {"x": values[0], "y": values[1]} | ({"amount": np.hypot(*values)} if order else {})
         unit = _unit("rad" if kind == "angle" else "m", order, driver, scene)
-    shown = part.axis.shown
+    grid = part.axis.shown
     figures["unit"] = unit
-    figures["curves"] = [{"part": name, "values": values, **extremes(shown, values)} for name, values in rows.items()]
+    figures["curves"] = [{"part": name, "values": values, **extremes(grid, values)} for name, values in rows.items()]
     return _motion_drawing(part, figures)
 
 
@@ -763,7 +763,7 @@ def _motion_drawing(part: Part, figures: dict[str, Any]) -> Diagram:
     extremes = [curve[kind]["value"] for curve in figures["curves"] for kind in ("greatest", "least") if curve[kind]]
     largest = max(map(abs, extremes), default=0.0)
     far = bool(extremes) and (min(extremes) > _FAR_FROM_ZERO * largest or max(extremes) < -_FAR_FROM_ZERO * largest)
-    factor, shown = scaled(unit, largest)
+    factor, unit_drawn = scaled(unit, largest)
     sliding = part.scene.reduction_element == "slide"
     for k, curve in enumerate(figures["curves"]):
         curves.append(Curve(f"curves.{k}.values", names[curve["part"]], *_PARTS[curve["part"]]))
@@ -772,14 +772,14 @@ def _motion_drawing(part: Part, figures: dict[str, Any]) -> Diagram:
             if extreme is None:
                 continue
             if curve["greatest"]["value"] != curve["least"]["value"]:
-                words = f"{written(factor * extreme['value'], 4)} {shown}, {place_of(sliding, extreme['at'])}"
+                words = f"{written(factor * extreme['value'], 4)} {unit_drawn}, {place_of(sliding, extreme['at'])}"
                 marks.append(Mark(kind, extreme["at"], extreme["value"], words, curves[-1].colour))
     condition = _condition(part.scene, figures["condition"])
     row = Row(
         key="motion",
         title=titles[quantity],
         label=titles[quantity],
-        unit=shown,
+        unit=unit_drawn,
         factor=factor,
         si=unit,
         about="; ".join(f"{mark.words}" for mark in marks),
@@ -853,9 +853,9 @@ def _joints(forces: JointForces) -> dict[str, Array]:
     }
 
 
-def _first(scene: Scene, known: Iterable[str]) -> str:
+def _first(scene: Scene, offers: Iterable[str]) -> str:
     """Default curve where nothing is chosen: the first of the mechanisms', else the last that is no point."""
-    names = list(known)
+    names = list(offers)
     usual = {name for mechanism in scene.mechanisms for name in KINDS[mechanism.type].shown_first}
     first = [name for name in names if name.rpartition(".")[2] in usual]
     bodies = [name for name in names if "." not in name]

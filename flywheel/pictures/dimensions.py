@@ -95,8 +95,8 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     _gravity(panel, scene, view, box)
     made.draw_without_rendering()
     write_names(panel, view, poses, 1.0, names, lines[1:])
-    told = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
-    return made, told
+    note = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
+    return made, note
 
 
 def _box(view: View, poses: Poses) -> Array:
@@ -107,12 +107,12 @@ def _box(view: View, poses: Poses) -> Array:
 
 def _outline(view: View, poses: Poses) -> Array:
     """Points along everything drawn of the bodies, (2, m)."""
-    found = []
+    points = []
     for shape in view.sketch.shapes:
         outline = placed(shape, poses)[:, :, 0]
-        found.append(np.concatenate((outline, outline[:, :1]), axis=1) if shape.kind in CLOSED else outline)
-        found.append(np.full((2, 1), np.nan))
-    return np.concatenate(found, axis=1)
+        points.append(np.concatenate((outline, outline[:, :1]), axis=1) if shape.kind in CLOSED else outline)
+        points.append(np.full((2, 1), np.nan))
+    return np.concatenate(points, axis=1)
 
 
 # -- what is measured --------------------------------------------------------------------------------------------------
@@ -167,13 +167,13 @@ def _written(symbol: str) -> str:
 
 def _nodes(linkage: Linkage, body: str) -> list[tuple[float, float]]:
     """Places of a body's joints in its own frame, each once, in the order of the joints."""
-    found: dict[tuple[float, float], None] = {}
+    nodes: dict[tuple[float, float], None] = {}
     for joint in linkage.joints:
         if joint.first == body and joint.kind not in (SLIDE, SLOT):
-            found[joint.first_at.x, joint.first_at.y] = None
+            nodes[joint.first_at.x, joint.first_at.y] = None
         if joint.second == body and (joint.kind == PIN or body != FRAME):
-            found[joint.second_at.x, joint.second_at.y] = None
-    return list(found)
+            nodes[joint.second_at.x, joint.second_at.y] = None
+    return list(nodes)
 
 
 def length_text(length: float) -> str:

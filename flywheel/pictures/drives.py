@@ -35,12 +35,12 @@ def part_of_stroke(
 
 def stroke_diagram(part: Part, forces: object = "") -> Diagram | str:
     """Speeds on both sides of the clutch with its slip shaded, torques of clutch and brake, energy of wheel and drive."""
-    found, along = part.stroke, part.course
-    if found is None or along is None:
+    stroke, along = part.stroke, part.course
+    if stroke is None or along is None:
         return _("The stroke is not completed: see the faults.")
     figures: dict[str, Any] = dict(along._asdict())
     figures["both"] = along.drive_work + along.wheel_work
-    rows = _speeds(found, along), _torques(found, along), _energies(found, along)
+    rows = _speeds(stroke, along), _torques(stroke, along), _energies(stroke, along)
     title = _("One stroke over time")
     return Diagram(figures, title, " ".join(row.about for row in rows), rows)
 
@@ -113,14 +113,14 @@ def _energies(result: SingleStroke, course: Course) -> Row:
     spent = float(course.drive_work[-1])
     most = int(course.wheel_work.argmax())
     words = {"energy": written(result.wheel_energy), "time": written(float(course.time[most]), 4)}
-    given = _("the wheel has given {energy} J at {time} s", **words)
+    note = _("the wheel has given {energy} J at {time} s", **words)
     about = _("The drive gives {energy} J a period.", energy=written(spent, 5, result.error["energy"]["motor"]))
     return Row(
         key="stroke_energies",
         title=_("Energy given since the clutch engaged"),
         label=_("energy"),
         unit="J",
-        about=f"{about} {given}.",
+        about=f"{about} {note}.",
         curves=(
             Curve("wheel_work", _("by the flywheel and what turns with it"), "blue", "-", 1.8),
             Curve("drive_work", _("by the drive"), "orange", "--", 1.8),
@@ -128,7 +128,7 @@ def _energies(result: SingleStroke, course: Course) -> Row:
         ),
         zero=True,
         bands=_bands(result),
-        marks=(Mark("greatest", float(course.time[most]), result.wheel_energy, given, "blue"),),
+        marks=(Mark("greatest", float(course.time[most]), result.wheel_energy, note, "blue"),),
     )
 
 
@@ -143,7 +143,7 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
         return _("The machine cannot run with this scene: see the faults.")
     assert motor is not None
     assert part.scene.drive is not None
-    found, cycle, run = sizing.servo, sizing.run.cycle or sizing.cycle, sizing.run
+    load, cycle, run = sizing.servo, sizing.run.cycle or sizing.cycle, sizing.run
     ratio = part.scene.shafts[part.scene.drive.on]
     omega = turning_moment.speed_over_cycle(cycle, run.speed or sizing.speed, run, np.clip(part.axis.taken, 0.0, None))
     speed, torque = ratio * omega, motor.torque(ratio * omega)
@@ -151,8 +151,8 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
     peak, continuous = motor.peak(speeds), motor.continuous(speeds)
     top = 1.05 * float(peak.max())
     points = (
-        ("least", found.mean_speed, found.rms_torque, found.continuous_share, "green"),
-        ("greatest", found.peak_speed, found.peak_torque, found.peak_share, "vermillion"),
+        ("least", load.mean_speed, load.rms_torque, load.continuous_share, "green"),
+        ("greatest", load.peak_speed, load.peak_torque, load.peak_share, "vermillion"),
     )
     names = _("rms point"), _("peak point")
     marks = []
@@ -176,8 +176,8 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
         Curve("torque", _("motion over a cycle"), "blue", "-", 2.0),
     )
     remarks = []
-    if found.inertia_ratio is not None:
-        ratio_words = written(found.inertia_ratio, 4)
+    if load.inertia_ratio is not None:
+        ratio_words = written(load.inertia_ratio, 4)
         remarks.append(_("Inertia of what it moves over that of its rotor: {ratio}.", ratio=ratio_words))
     about = "; ".join(mark.words for mark in marks) + "."
     title = _("Area of the servo drive")

@@ -183,9 +183,9 @@ def _grey(colour: str) -> str:
 _DECIMALS = re.compile(r"-?\d+\.\d+")
 
 
-def _hundredths(found: re.Match[str]) -> str:
+def _hundredths(match: re.Match[str]) -> str:
     """A coordinate to a hundredth of a point."""
-    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+    return f"{float(match[0]):.2f}".rstrip("0").rstrip(".")
 
 
 def svg(made: Figure, name: str, title: str, description: str) -> str:
@@ -202,8 +202,8 @@ def svg(made: Figure, name: str, title: str, description: str) -> str:
     assert box is not None
     body = drawn[drawn.index("<g id=") : drawn.rindex("</svg>")]
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', body))
-    body = re.sub(r' id="([^"]*)"', lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "", body)
-    body = re.sub(r' d="([^"]*)"', lambda found: f' d="{_DECIMALS.sub(_hundredths, found[1])}"', body)
+    body = re.sub(r' id="([^"]*)"', lambda match: f' id="{name}-{match[1]}"' if match[1] in used else "", body)
+    body = re.sub(r' d="([^"]*)"', lambda match: f' d="{_DECIMALS.sub(_hundredths, match[1])}"', body)
     body = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", body)
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box[1]}" role="img" '
@@ -260,17 +260,17 @@ def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: 
     halves = 0.5 * sizes + _SPARE
     ways = np.stack((np.cos(_WAYS), np.sin(_WAYS)), axis=1)
     away, way = np.repeat(_AWAY, _WAYS.size), np.tile(ways, (len(_AWAY), 1))
-    found = np.empty_like(anchors)
+    places = np.empty_like(anchors)
     for k, (anchor, half) in enumerate(zip(anchors, halves, strict=True)):
         centres = anchor + way * half / np.abs(way).max(axis=1, keepdims=True) + away[:, None] * way
         on_lines = (np.abs(lines[None] - centres[:, None]) <= half).all(axis=2).sum(axis=1)
-        on_names = (np.abs(found[None, :k] - centres[:, None]) <= half + halves[None, :k]).all(axis=2).sum(axis=1)
+        on_names = (np.abs(places[None, :k] - centres[:, None]) <= half + halves[None, :k]).all(axis=2).sum(axis=1)
         outside = ((centres - half < bounds[:2]) | (centres + half > bounds[2:])).any(axis=1)
         cost = _FAR * away + _LINE * on_lines + _OUTSIDE * outside
         cost += _NAME * on_names
         cost -= _TASTE * (way @ towards[k]) / max(float(np.hypot(*towards[k])), 1e-300)
-        found[k] = centres[int(cost.argmin())]
-    return found
+        places[k] = centres[int(cost.argmin())]
+    return places
 
 
 def along(path: Array, step: float) -> Array:

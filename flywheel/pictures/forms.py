@@ -84,15 +84,15 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
     """
     moving = speed if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(phi, anchor, cycle.balance or 0.0, speed=moving)
-    found, drive = np.zeros_like(phi), None
+    moments, drive = np.zeros_like(phi), None
     for name, part in parts.items():
         there = part + np.zeros_like(phi)
         if name == "drive":
             drive = there
         work, size = np.trapezoid(there.ravel(), phi.ravel()), np.trapezoid(np.abs(there).ravel(), phi.ravel())
         if work > (-_NO_WORK if name == "drive" else _NO_WORK) * size:  # a drive that holds back on the whole resists
-            found = found + there
-    return found, drive
+            moments = moments + there
+    return moments, drive
 
 
 def most(bodies: dict[str, Array]) -> dict[str, Array]:
@@ -101,8 +101,8 @@ def most(bodies: dict[str, Array]) -> dict[str, Array]:
         return bodies
     largest = sorted(bodies, key=lambda name: -float(bodies[name].max()))[: MOST_BODIES - 1]
     rest = [part for name, part in bodies.items() if name not in largest]
-    shown = {name: part for name, part in bodies.items() if name in largest}
-    return shown | {f"{len(rest)} others": np.sum(rest, axis=0)}
+    largest_bodies = {name: part for name, part in bodies.items() if name in largest}
+    return largest_bodies | {f"{len(rest)} others": np.sum(rest, axis=0)}
 
 
 class Loop(NamedTuple):
@@ -409,10 +409,10 @@ def _axis(scene: Scene, machine: Machine | None, sizing: Sizing | None, count: i
     ends, taken_ends = np.array([0.0, cycle]), np.array([0.0, cycle * (1.0 - _JUMP_SIDE)])
     if scene.stroke is not None:
         taken_ends = ends
-    shown = np.concatenate((ends, single, jumps, jumps))
+    points = np.concatenate((ends, single, jumps, jumps))
     taken = np.concatenate((taken_ends, single, jumps - beside, jumps + beside))
     order = np.argsort(taken, kind="stable")
-    return Axis(scene.origin + shown[order], scene.origin + taken[order])
+    return Axis(scene.origin + points[order], scene.origin + taken[order])
 
 
 def _moment_jumps(cycle: turning_moment.Cycle) -> Array:
@@ -647,8 +647,8 @@ def force_marks(positions: Array, values: Array, sliding: bool) -> tuple[float, 
         step = np.radians(_STEP) * max(ceil((high - low) / TURN - 1e-9), 1)
         places = step * np.arange(ceil(low / step - 1e-9), int(high / step + 1e-9) + 1)
     spots = np.stack([np.interp(places, positions, part) for part in values])
-    known = np.isfinite(spots).all(axis=0)
-    places, spots = places[known], spots[:, known]
+    finite = np.isfinite(spots).all(axis=0)
+    places, spots = places[finite], spots[:, finite]
     if not sliding and places.size > 1:
         turns = (places[-1] - places[0]) / TURN
         if turns > 0.5 and abs(turns - round(turns)) < 1e-9 and np.allclose(spots[:, 0], spots[:, -1]):
@@ -681,6 +681,6 @@ def breaks(x: Array, values: Array, *, cyclic: bool = False) -> tuple[int, ...]:
     beside = np.fmax(np.concatenate(([0.0], steep[:-1])), np.concatenate((steep[1:], [0.0])))
     jumps = steps > _AT_ONCE * whole
     jumps[~at_once] = (steep > _STEEPER * beside) & (steps[~at_once] > _FORCE_JUMP * whole)
-    found = np.flatnonzero(jumps) + 1
+    places = np.flatnonzero(jumps) + 1
     opened = cyclic and bool(np.hypot.reduce(values[:, -1] - values[:, 0]) > _FORCE_JUMP * whole)
-    return (*((0,) if opened else ()), *map(int, found))
+    return (*((0,) if opened else ()), *map(int, places))

@@ -79,18 +79,18 @@ def draw(kinematics: Kinematics) -> Figure:
     """The figure: three panels for angles and three for lengths, as far as there are such curves."""
     if np.unique(kinematics.axis).size < 2:
         raise SceneError([Fault("points", "a single position", "two at least, for a curve between them")])
-    wanted, left_out = shown(list(kinematics.curves.values()))
-    columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
+    curves_drawn, left_out = shown(list(kinematics.curves.values()))
+    columns = [[curve for curve in curves_drawn if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
     title = ": ".join(
         part
         for part in (kinematics.scene.title or "", _("motion {condition}", condition=message(kinematics.condition)))
         if part
     )
-    told_of = wrap(title, 62 * len(columns)) + [_("({number} more curves can be drawn by name)", number=left_out)] * bool(
+    heading = wrap(title, 62 * len(columns)) + [_("({number} more curves can be drawn by name)", number=left_out)] * bool(
         left_out
     )
-    made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, "\n".join(told_of))
+    made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, "\n".join(heading))
     kinematics, columns = close(kinematics, columns)
     panels = made.subplots(3, len(columns), sharex=True, squeeze=False)
     scale, label = axis_of(kinematics)
@@ -117,10 +117,10 @@ def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematic
     variable = np.unique(np.concatenate((of, np.linspace(low, high, _POINTS), at - beside, at + beside)))
     variable = np.clip(variable, low, high - beside)  # at its very end a cycle may have begun anew
     driver = course.at(np.unique(variable))
-    known = Moving(kinematics.scene).plain(driver, [curve.name for column in columns for curve in column])
+    at_states = Moving(kinematics.scene).plain(driver, [curve.name for column in columns for curve in column])
 
     def along(curve: Curve) -> Curve:
-        position, velocity, acceleration = known[curve.name]
+        position, velocity, acceleration = at_states[curve.name]
         return curve._replace(position=position, velocity=velocity, acceleration=acceleration)
 
     many = replace(kinematics, t=driver.t, q=driver.q, rate=driver.rate, acceleration=driver.acceleration)

@@ -84,7 +84,7 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
 
     """
     views = sketch.views(scene, points)
-    wanted = sketch.checked(scene, at) or sketch.positions(scene)
+    coordinates = sketch.checked(scene, at) or sketch.positions(scene)
     boxes = [extent(view) for view in views]
     columns = columns_for(boxes)
     rows = -(-len(boxes) // columns)
@@ -95,14 +95,14 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
     for panel in panels[len(views) :]:
         panel.set_axis_off()
     symbol = "x" if scene.stroke is not None and scene.stroke.sliding else "φ"
-    others = ", ".join(sketch.told(scene, q) for q in wanted[1:_LISTED]) + (", …" if len(wanted) > _LISTED else "")
-    caption = f"{symbol} = {sketch.told(scene, wanted[0])}" + (f" (faint: {others})" if others else "")
+    others = ", ".join(sketch.told(scene, q) for q in coordinates[1:_LISTED]) + (", …" if len(coordinates) > _LISTED else "")
+    caption = f"{symbol} = {sketch.told(scene, coordinates[0])}" + (f" (faint: {others})" if others else "")
     for panel, view, box in zip(panels, views, boxes, strict=False):
         draw_axes_and_paths(panel, view, box, f"{view.mechanism.name}: {caption}")
-        draw_bodies(panel, view, view.poses(wanted), box, faint=True)
+        draw_bodies(panel, view, view.poses(coordinates), box, faint=True)
     made.draw_without_rendering()  # gives everything its place, so that names can go around it
     for panel, view, box in zip(panels, views, boxes, strict=False):
-        write_names(panel, view, view.poses(wanted), factor(box)[0])
+        write_names(panel, view, view.poses(coordinates), factor(box)[0])
     if path is not None:
         figures.save(made, path)
     return made
@@ -150,9 +150,9 @@ def draw_axes_and_paths(panel: Axes, view: View, box: Array, title: str) -> None
     panel.set_aspect("equal")
     panel.set_xlim(*(scale * box[0]))
     panel.set_ylim(*(scale * box[1]))
-    for found in view.sketch.traces:
-        ink = shade(colours(view)[found.body], 0.15)
-        panel.plot(*(scale * found.path), color=ink, lw=1.0, ls=(0, (4, 2)), zorder=2.5, gid=f"path {found.name}")
+    for trace in view.sketch.traces:
+        ink = shade(colours(view)[trace.body], 0.15)
+        panel.plot(*(scale * trace.path), color=ink, lw=1.0, ls=(0, (4, 2)), zorder=2.5, gid=f"path {trace.name}")
 
 
 def draw_bodies(panel: Axes, view: View, poses: Poses, box: Array, *, faint: bool = False) -> list[tuple[Shape, Artist]]:
@@ -227,41 +227,41 @@ _TOGETHER = 2e-3  # of the picture: centres that lie closer together than that a
 _BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre is still drawn
 
 
-def draw_centres(found: InstantCentres, path: str | Path | None = None) -> Figure:
+def draw_centres(result: InstantCentres, path: str | Path | None = None) -> Figure:
     """Draws mechanisms at positions with their instant centres: P(rod) of a body, P(crank, slider) of two.
 
     Permanent centres at joints have no label: a pin's is the pin. From the centre of a body rays go to
     its points, across which these move. A line above the picture lists centres far away or at infinity.
 
     Args:
-        found: the result of `flywheel.instant_centres`; of more than four positions four are drawn.
+        result: that of `flywheel.instant_centres`; of more than four positions four are drawn.
         path: where to save the picture, ending in .png, .svg or .pdf.
 
     Raises:
         ValueError: for any other file ending.
 
     """
-    views = {view.mechanism.name: view for view in sketch.views(found.scene)}
-    picked = np.unique(np.linspace(0, found.q.size - 1, min(found.q.size, _SHOWN)).round().astype(int)).tolist()
-    jobs = [(views[name], centres, k) for k in picked for name, centres in found.mechanisms.items()]
+    views = {view.mechanism.name: view for view in sketch.views(result.scene)}
+    picked = np.unique(np.linspace(0, result.q.size - 1, min(result.q.size, _SHOWN)).round().astype(int)).tolist()
+    jobs = [(views[name], centres, k) for k in picked for name, centres in result.mechanisms.items()]
     boxes = [_box_with_centres(extent(view), centres, k) for view, centres, k in jobs]
     columns = columns_for(boxes)
     rows = -(-len(boxes) // columns)
     width = _WIDEST if columns == 1 else _ONE * columns
     height = rows * min(max(tallest(boxes) * (width / columns - 0.9), 2.6), _TALLEST / max(rows - 0.5, 1.0)) + 1.6
-    made = figures.figure(width, height, f"{sketch.headline(found.scene)}: instant centres")
+    made = figures.figure(width, height, f"{sketch.headline(result.scene)}: instant centres")
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(jobs) :]:
         panel.set_axis_off()
-    symbol = "x" if found.scene.stroke is not None and found.scene.stroke.sliding else "φ"
+    symbol = "x" if result.scene.stroke is not None and result.scene.stroke.sliding else "φ"
     for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
-        title = f"{view.mechanism.name}: {symbol} = {sketch.told(found.scene, float(found.q[k]))}"
+        title = f"{view.mechanism.name}: {symbol} = {sketch.told(result.scene, float(result.q[k]))}"
         draw_axes_and_paths(panel, view, box, "\n".join((title, *_not_drawn(centres, k, box))))
         panel.title.set_fontsize(9.5)
-        draw_bodies(panel, view, view.poses(found.q[k]), box)
+        draw_bodies(panel, view, view.poses(result.q[k]), box)
     made.draw_without_rendering()
     for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
-        _mark_centres(panel, view, view.poses(found.q[k]), centres, k, box)
+        _mark_centres(panel, view, view.poses(result.q[k]), centres, k, box)
     if path is not None:
         figures.save(made, path)
     return made

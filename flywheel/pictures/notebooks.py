@@ -46,8 +46,8 @@ _STYLE = (
 
 def html(thing: object) -> str | None:
     """The HTML of a scene, machine or result; None for anything else."""
-    shown = next((_SHOWN[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _SHOWN), None)
-    return None if shown is None else f'<div class="flywheel">{_STYLE}{"".join(shown(thing))}</div>'
+    writer = next((_SHOWN[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _SHOWN), None)
+    return None if writer is None else f'<div class="flywheel">{_STYLE}{"".join(writer(thing))}</div>'
 
 
 # -- tables and curves ---------------------------------------------------------------------------------------------
@@ -55,14 +55,14 @@ def html(thing: object) -> str | None:
 
 def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
     """Rows as an HTML table, numbers to the right; the first few of many, and the number of the others."""
-    found = list(rows)
+    listed_rows = list(rows)
     lines = ["".join(f'<th scope="col"{_side(title)}>{escape(title)}</th>' for title in header)] if header else []
-    for row in found[:_MOST_ROWS]:
+    for row in listed_rows[:_MOST_ROWS]:
         first, *rest = row
         cells = "".join(f"<td{_side(cell)}>{escape(cell)}</td>" for cell in rest)
         lines.append(f'<th scope="row">{escape(first)}</th>{cells}')
-    if len(found) > _MOST_ROWS:
-        lines.append(f'<th scope="row">and {len(found) - _MOST_ROWS} more</th>')
+    if len(listed_rows) > _MOST_ROWS:
+        lines.append(f'<th scope="row">and {len(listed_rows) - _MOST_ROWS} more</th>')
     return f"<table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>" if lines else ""
 
 
@@ -78,10 +78,10 @@ class Curve(NamedTuple):
     colour: str = "#0072b2"
 
 
-def curves(x: Array, found: Sequence[Curve], across: str, up: str) -> str:
+def curves(x: Array, curve_list: Sequence[Curve], across: str, up: str) -> str:
     """Curves over one axis as SVG, with the ends of both axes as numbers."""
     kept = np.unique(np.linspace(0, x.size - 1, min(x.size, _POINTS)).astype(int))
-    values = [curve.values[kept] for curve in found]
+    values = [curve.values[kept] for curve in curve_list]
     x = x[kept]
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if not (np.isfinite([low, high]).all() and x[-1] > x[0]):
@@ -100,17 +100,17 @@ def curves(x: Array, found: Sequence[Curve], across: str, up: str) -> str:
         (_LEFT, _HEIGHT - _BELOW + 14, "start", figure(float(x[0]), most=4)),
         (_WIDTH - 8, _HEIGHT - _BELOW + 14, "end", figure(float(x[-1]), most=4)),
         ((_WIDTH + _LEFT) / 2, _HEIGHT - 6, "middle", across),
-        (_LEFT, 12, "start", f"{', '.join(curve.name for curve in found)}, {up}"),
+        (_LEFT, 12, "start", f"{', '.join(curve.name for curve in curve_list)}, {up}"),
     ]
     drawn = [
         f'<polyline fill="none" stroke="{curve.colour}" stroke-width="1.6" points="{line(v)}"/>'
-        for curve, v in zip(found, values, strict=True)
+        for curve, v in zip(curve_list, values, strict=True)
     ]
     frame = f"M{_LEFT:g} 18V{_HEIGHT - _BELOW:g}H{_WIDTH - 8:g}"
     if low < 0.0 < high:
         zero = _HEIGHT - _BELOW + low / span * (_HEIGHT - _BELOW - 20)
         frame += f"M{_LEFT:g} {zero:.1f}H{_WIDTH - 8:g}"
-    said = escape(f"{', '.join(curve.name for curve in found)} over {across}")
+    said = escape(f"{', '.join(curve.name for curve in curve_list)} over {across}")
     words = "".join(f'<text x="{a:g}" y="{b:g}" text-anchor="{side}">{escape(t)}</text>' for a, b, side, t in texts)
     return (
         f'<svg role="img" aria-label="{said}" width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
@@ -151,13 +151,13 @@ def _sizing(sizing: Sizing) -> Iterator[str]:
 
 def _sizings(sizings: Sizings) -> Iterator[str]:
     """Differences between sizings, a row each."""
-    found = sizings.figures
+    figures = sizings.figures
     names = [name for name in sizings.columns if name != "title"]
-    titled = len({row["title"] for row in found}) > 1
+    titled = len({row["title"] for row in figures}) > 1
     header = ("", *names)
     rows = [
         (str((row["title"] if titled else None) or k), *(_cell(row.get(name)) for name in names))
-        for k, row in enumerate(found)
+        for k, row in enumerate(figures)
     ]
     yield table(rows, header)
 
@@ -247,8 +247,8 @@ def _forces(forces: JointForces) -> Iterator[str]:
     yield f"<p>{escape(repr(forces))}</p>"
     rows = []
     for curve in force_curves(forces):
-        known = curve.values[np.isfinite(curve.values)]
-        ends = (_number(float(known.min())), _number(float(known.max()))) if known.size else ("not determined", "")
+        finite = curve.values[np.isfinite(curve.values)]
+        ends = (_number(float(finite.min())), _number(float(finite.max()))) if finite.size else ("not determined", "")
         rows.append((curve.name, *ends, curve.unit))
     yield table(rows, ("at these positions", "least", "greatest", ""))
     yield from (f"<p>Note: {escape(message)}</p>" for message in forces.messages)

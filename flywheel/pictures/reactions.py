@@ -55,44 +55,46 @@ def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence
         ValueError: for any other file ending.
 
     """
-    wanted = list(reactions.forces) if joints is None else list(joints)
-    _check(reactions, wanted)
-    columns = ceil(sqrt(len(wanted) + 1))
-    rows = -(-(len(wanted) + 1) // columns)
+    names = list(reactions.forces) if joints is None else list(joints)
+    _check(reactions, names)
+    columns = ceil(sqrt(len(names) + 1))
+    rows = -(-(len(names) + 1) // columns)
     title = _("Reactions: actions of the first body of each joint on the second")
     made = figures.figure(_PANEL * columns, _PANEL * rows, "\n".join(wrap(title, 30 * columns)))
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for panel in panels[len(wanted) + 1 :]:
+    for panel in panels[len(names) + 1 :]:
         panel.set_axis_off()
-    _fill(reactions, made, wanted, panels)
+    _fill(reactions, made, names, panels)
     if path is not None:
         figures.save(made, path)
     return made
 
 
-def _check(reactions: Reactions, wanted: Sequence[str]) -> None:
+def _check(reactions: Reactions, names: Sequence[str]) -> None:
     """Refuses names of joints that do not exist, and a single position."""
-    unknown = [name for name in wanted if name not in reactions.forces]
+    unknown = [name for name in names if name not in reactions.forces]
     if unknown:
         near = {name: nearest(name, list(reactions.forces)) for name in unknown}
-        known = "one of " + ", ".join(reactions.forces)
-        raise SceneError([Fault("joints", repr(n), known, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown])
+        expected = "one of " + ", ".join(reactions.forces)
+        raise SceneError(
+            [Fault("joints", repr(n), expected, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown]
+        )
     if np.unique(reactions.poses.q).size < 2:
         raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
 
 
-def _fill(reactions: Reactions, made: Figure, wanted: Sequence[str], panels: Sequence[Axes]) -> None:
+def _fill(reactions: Reactions, made: Figure, names: Sequence[str], panels: Sequence[Axes]) -> None:
     """Draws the reaction of each joint and the driving action of the driver into their panels."""
     linkage, reactions = reactions.poses.linkage, reactions.cleared()
     reactions = reactions._replace(actions={linkage.driver: reactions.action})
-    shown = reactions.poses.q
+    q = reactions.poses.q
     if turn := _whole_round(reactions.poses):
-        shown = np.append(shown, shown[0] + turn)
-    diagram = Diagram(forms.force_figures(reactions, shown, wanted))
-    places = dict(zip([*(f"joints.{k}" for k in range(len(wanted))), "driving.0"], panels, strict=False))
-    x = np.asarray(1000.0 * shown if linkage.sliding else np.degrees(shown))  # mm, or degrees
+        q = np.append(q, q[0] + turn)
+    diagram = Diagram(forms.force_figures(reactions, q, names))
+    places = dict(zip([*(f"joints.{k}" for k in range(len(names))), "driving.0"], panels, strict=False))
+    x = np.asarray(1000.0 * q if linkage.sliding else np.degrees(q))  # mm, or degrees
     plane, done = [], set()
-    for row in forms.force_rows(diagram.figures, linkage, shown):
+    for row in forms.force_rows(diagram.figures, linkage, q):
         panel = places[row.key]
         curves = [row.factor * diagram.values(curve.of) for curve in row.curves]
         if not curves:
@@ -100,7 +102,7 @@ def _fill(reactions: Reactions, made: Figure, wanted: Sequence[str], panels: Seq
         elif row.kind == "plane":
             path = np.stack(curves)
             _hodograph(panel, row, path)
-            plane.append((panel, row, shown, path))
+            plane.append((panel, row, q, path))
         elif row.key in done:
             _beside_forces(panel, row, x, curves[0])
         else:
@@ -302,15 +304,15 @@ _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
 
 
 def curves(
-    found: Sequence[ForceCurve], over: CurveAxis, title: str, path: str | Path | None = None, *, together: bool
+    force_curves: Sequence[ForceCurve], over: CurveAxis, title: str, path: str | Path | None = None, *, together: bool
 ) -> Figure:
     """Draws reactions and driving actions over the driver or the time, and saves the picture if a file is named.
 
     The least and greatest value of every curve are marked, and listed with its name.
 
     Args:
-        found: result of `flywheel.motions.joint_forces.force_curves`, at positions as close as the picture needs, with both
-            sides of every jump.
+        force_curves: result of `flywheel.motions.joint_forces.force_curves`, at positions as close as the picture needs,
+            with both sides of every jump.
         over: the axis.
         title: of the picture.
         path: where to save the picture, ending in .png, .svg or .pdf.
@@ -322,7 +324,7 @@ def curves(
         scale, unit = 1.0 / 360.0, "turns"
     x, edges = scale * over.values, scale * over.edges
     groups: dict[str, list[ForceCurve]] = {}
-    for curve in found:
+    for curve in force_curves:
         joint = curve.name.removesuffix(f".{curve.component}")
         driving = _("{joint}: driving action", joint=joint) if curve.component == "driving" else joint
         groups.setdefault(f"{curve.component}|{curve.unit}" if together else driving, []).append(curve)

@@ -136,11 +136,11 @@ def description(sizing: Sizing, kind: str) -> str:
 
 def _one(sizing: Sizing, panel: str) -> tuple[Part, dict[str, tuple[Diagram | str, Row | None]]]:
     """The diagram that has a panel."""
-    known = {row: key for key, kind in DIAGRAMS.items() for row in kind.rows}
-    if panel not in known:
+    by_row = {row: key for key, kind in DIAGRAMS.items() for row in kind.rows}
+    if panel not in by_row:
         raise ValueError(f"found the panel {panel!r}, expected one of {', '.join(PANELS)}")
     part = part_of(sizing.scene, sizing.machine, sizing)
-    return part, _rows(part, known[panel], DIAGRAMS[known[panel]])
+    return part, _rows(part, by_row[panel], DIAGRAMS[by_row[panel]])
 
 
 def _rows(part: Part, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, Row | None]]:
@@ -162,7 +162,7 @@ def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, Row | None]) ->
 def headline(sizing: Sizing) -> str:
     """The result in a line, below the scene's title (shortened if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
-    speed, asked = written(sizing.speed * RPM, 6), written(scene.irregularity or 0.0, 10)
+    speed, irregularity = written(sizing.speed * RPM, 6), written(scene.irregularity or 0.0, 10)
     on = _("the crank") if wheel.on == "crank" else _("shaft {name}", name=wheel.on)
     if scene.inertia is not None:
         eps = written(sizing.simulation.irregularity) if sizing.simulation is not None else "?"
@@ -184,14 +184,14 @@ def headline(sizing: Sizing) -> str:
             speed=speed,
         )
     elif wheel.needed is False:
-        what = _("no flywheel needed for irregularity {eps}, crank at {speed} rpm", eps=asked, speed=speed)
+        what = _("no flywheel needed for irregularity {eps}, crank at {speed} rpm", eps=irregularity, speed=speed)
     else:
         inertia = written(wheel.exact or 0.0, 6, inertia_error(sizing))
         what = _(
             "flywheel {inertia} kg m² on {shaft} for irregularity {eps}, crank at {speed} rpm",
             inertia=inertia,
             shaft=on,
-            eps=asked,
+            eps=irregularity,
             speed=speed,
         )
     title = " ".join(printable(scene.title or "").split())
@@ -265,11 +265,11 @@ def _draw_curves(panel: Axes, diagram: Diagram, row: Row, x: Array, curves: Mapp
     """Curves over the driver, and the areas below them; in a stack the share of each body on top of the others."""
     for area in row.fills:
         values = diagram.values(area.of)
-        at, shown = figures.thinned(x, np.where(area.side * values > 0.0, values, 0.0))
+        at, filled = figures.thinned(x, np.where(area.side * values > 0.0, values, 0.0))
         style: dict[str, Any] = {"facecolor": COLOURS[area.colour], "alpha": 0.4, "edgecolor": "none", "lw": 0}
         if area.hatch == "---":
             style = {"facecolor": "none", "edgecolor": COLOURS[area.colour], "lw": 0.6, "zorder": 2.1}
-        panel.fill_between(at, shown, label=area.name, hatch=area.hatch, **style)
+        panel.fill_between(at, filled, label=area.name, hatch=area.hatch, **style)
     floor = np.zeros_like(x)
     for k, curve in enumerate(row.curves):
         colour = COLOURS[curve.colour]
@@ -323,8 +323,8 @@ def _draw_numbered(panel: Axes, diagram: Diagram, row: Row, curves: Mapping[str,
         panel.plot(places, values, marker="o", color=COLOURS[curve.colour], **lines, **label)
     if row.span is not None:
         panel.set_xlim(-0.2, places[-1] + 0.2)
-    shown = [int(k) for k in places[:: -(-places.size // 24)]]
-    panel.set_xticks(shown, [f"{row.ticks}{k}" for k in shown])
+    indices = [int(k) for k in places[:: -(-places.size // 24)]]
+    panel.set_xticks(indices, [f"{row.ticks}{k}" for k in indices])
 
 
 def _draw_marks(panel: Axes, row: Row, x: Array, curves: Mapping[str, Array], *, turns: bool) -> Later:

@@ -164,8 +164,8 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
     A name is that of a joint, or `body.point`. Raises KeyError for any other. The size is the larger side of the box that
     holds all joints through the motion, 1 if all are one point.
     """
-    linkage, known = cycle.linkage, places(cycle.linkage)
-    paths = {name: cycle.point(*place).value for name, place in known.items()}
+    linkage, positions = cycle.linkage, places(cycle.linkage)
+    paths = {name: cycle.point(*place).value for name, place in positions.items()}
     ends = [cycle.point(FRAME, joint.first_at).value for joint in linkage.joints if joint.first == FRAME]
     size = float(np.ptp(np.concatenate((*paths.values(), *ends), axis=1), axis=1).max()) or 1.0
     unit = _UNIT * size
@@ -186,12 +186,12 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
     def same(a: Array, b: Array) -> bool:
         return bool(np.abs(a - b).max() < _SAME_POINT * size)
 
-    named = [name for name in known if not name.endswith(f".{ORIGIN}")]
+    named = [name for name in positions if not name.endswith(f".{ORIGIN}")]
     traces: list[Trace] = []
     for name in named if points is None else points:  # paths of points that move, each once
         path = paths[name]
         if np.ptp(path, axis=1).max() > _SAME_POINT * size and not any(same(path, other.path) for other in traces):
-            traces.append(Trace(name, known[name][0], path))
+            traces.append(Trace(name, positions[name][0], path))
     groups: list[tuple[str, list[str]]] = []  # joints, and points that are none; those of one place together
     for name in named:
         group = next((names for first, names in groups if same(paths[name], paths[first])), None)
@@ -199,7 +199,7 @@ def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
             groups.append((name, [name]))
         elif "." not in name:
             group.append(name)
-    labels = [Label(", ".join(n.rpartition(".")[2] for n in names), FRAME, known[first]) for first, names in groups]
+    labels = [Label(", ".join(n.rpartition(".")[2] for n in names), FRAME, positions[first]) for first, names in groups]
     for body in linkage.names[1:]:
         nodes = _nodes(linkage, body)
         x, y = (0.5 * (nodes.min(axis=1) + nodes.max(axis=1)) if nodes.size else np.zeros(2)).tolist()
@@ -234,12 +234,12 @@ def sliding(cycle: Poses, joint: Joint) -> tuple[float, float]:
 
 def _nodes(linkage: Linkage, body: str) -> Array:
     """The points through which a body is drawn, in its own frame, shape (2, m): its joints and its named points."""
-    found = [
+    nodes = [
         *((j.first_at.x, j.first_at.y) for j in linkage.joints if j.first == body and j.kind in (PIN, FIXED)),
         *((j.second_at.x, j.second_at.y) for j in linkage.joints if j.second == body),
         *((p.x, p.y) for p in linkage.link(body).points if p.name != ORIGIN),
     ]
-    return np.array(sorted(set(found)), dtype=float).reshape(-1, 2).T
+    return np.array(sorted(set(nodes)), dtype=float).reshape(-1, 2).T
 
 
 def _body(cycle: Poses, body: str, unit: float) -> Iterator[Shape]:
@@ -474,13 +474,13 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
 
     """
     if not scene.mechanisms:
-        found = "a diagram of areas" if scene.areas is not None else "a scene without any"
-        raise SceneError([Fault("mechanism", found, "a mechanism to draw")])
+        defect = "a diagram of areas" if scene.areas is not None else "a scene without any"
+        raise SceneError([Fault("mechanism", defect, "a mechanism to draw")])
     drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
     if not drawn:
-        wanted, advice = "a mechanism with bodies, to draw", "write it as a linkage"
+        expected, advice = "a mechanism with bodies, to draw", "write it as a linkage"
         bodiless = [(f"{m.path}.type", f'"{m.type}", which has no bodies') for m in scene.mechanisms]
-        raise SceneError([Fault(path, what, wanted, advice) for path, what in bodiless])
+        raise SceneError([Fault(path, what, expected, advice) for path, what in bodiless])
     all_views = []
     for mechanism in drawn:
         linkage = mechanism.linkage if mechanism.linkage is not None else linkage_of(mechanism)
@@ -492,12 +492,12 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
         all_views.append(View(mechanism, solution, scene.shafts[mechanism.shaft], mechanism.phase))
     if not points:
         return tuple(all_views)
-    known = [list(places(view.solution.linkage)) for view in all_views]
+    positions = [list(places(view.solution.linkage)) for view in all_views]
     chosen: list[list[str]] = [[] for _ in all_views]
     faults = []
     for name in points:
         matches = 0
-        for view, names, own in zip(all_views, known, chosen, strict=True):
+        for view, names, own in zip(all_views, positions, chosen, strict=True):
             inner = name.removeprefix(f"{view.mechanism.name}.")
             same = [place for place in names if place.rpartition(".")[2] == inner]
             exact = [place for place in (name, inner) if place in names][:1]
@@ -505,7 +505,7 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
             own += match
             matches += len(match)
         if not matches:
-            everything = list(dict.fromkeys(place for names in known for place in names))
+            everything = list(dict.fromkeys(place for names in positions for place in names))
             near = nearest(name, everything)
             advice = f"did you mean {near!r}?" if near else ""
             faults.append(Fault("points", repr(name), "one of " + ", ".join(everything), advice))
@@ -532,15 +532,15 @@ def positions(scene: Scene) -> tuple[float, ...]:
 
 def checked(scene: Scene, at: Iterable[float]) -> tuple[float, ...]:
     """Required coordinates; a SceneError for one that is not finite or, on a stroke, beyond its ends."""
-    given = tuple(map(float, at))
+    coordinates = tuple(map(float, at))
     stroke = scene.stroke
-    for q in given:
+    for q in coordinates:
         if not np.isfinite(q):
             raise SceneError([Fault("at", f"{q}", "positions that are finite")])
         if stroke is not None and not stroke.start - 1e-9 * stroke.span <= q <= stroke.end + 1e-9 * stroke.span:
             ends = f"a position from {told(scene, stroke.start)} to {told(scene, stroke.end)}"
             raise SceneError([Fault("at", told(scene, q), ends, "the stroke ends there")])
-    return given
+    return coordinates
 
 
 def told(scene: Scene, q: float) -> str:

@@ -63,8 +63,8 @@ class _Column(NamedTuple):
 
     def kinds(self, motor: str) -> tuple[str, ...]:
         """Kinds of value that the cells may have for a motor's type; those of other types if the type has no such key."""
-        given = [self.keys[motor]] if motor in self.keys else self.keys.values()
-        return tuple(dict.fromkeys(key.kind for key in given)) or ("speed",)
+        key_lists = [self.keys[motor]] if motor in self.keys else self.keys.values()
+        return tuple(dict.fromkeys(key.kind for key in key_lists)) or ("speed",)
 
 
 def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
@@ -84,7 +84,7 @@ def read_catalogue(path: str | Path, *, skip_faulty: bool = False) -> Catalogue:
 
 def _text(file: Path) -> str:
     """The text of the file; a fault if it is empty."""
-    advice, wanted = 'save it as "CSV UTF-8"', "a table of motors as CSV in UTF-8"
+    advice, expected = 'save it as "CSV UTF-8"', "a table of motors as CSV in UTF-8"
     try:
         with file.open("rb") as stream:
             content = stream.read(LARGEST + 1)
@@ -101,7 +101,7 @@ def _text(file: Path) -> str:
         what = "a file that is not UTF-8"
     except (OSError, ValueError) as error:
         what, advice = f"a file that cannot be read ({getattr(error, 'strerror', None) or 'its name'})", ""
-    raise SceneError([Fault(file.name, what, wanted, advice)])
+    raise SceneError([Fault(file.name, what, expected, advice)])
 
 
 def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = False) -> Catalogue:
@@ -152,17 +152,17 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
     """The columns of a header: their names as keys are written, and their units."""
     typed = any(_plain(field) == "type" for field in fields)
     types = [name for name in MOTORS if name not in _ROWS_OF_THEIR_OWN] if typed else ["induction"]
-    known: dict[str, dict[str, Key]] = {}
+    by_name: dict[str, dict[str, Key]] = {}
     for motor in types:
         for key in MOTORS[motor].keys:
             if key.kind in DIMENSIONS or (key.kind == "choice" and (key.name != "type" or typed)):
-                known.setdefault(key.name, {})[motor] = key
+                by_name.setdefault(key.name, {})[motor] = key
     columns: list[_Column] = []
-    absent = [name for name in (*known, *_OWN) if name not in map(_plain, fields)]
+    absent = [name for name in (*by_name, *_OWN) if name not in map(_plain, fields)]
     for field in fields:
         match = _HEAD.fullmatch(field)
         name, unit = (_plain(match["name"]), match["unit"] or "") if match else (_plain(field), "")
-        keys = known.get(name, {})
+        keys = by_name.get(name, {})
         path = f"{where}, column {quote(field)}"
         if not name:
             faults.append(Fault(path, "no name", "the name of a column"))
@@ -175,7 +175,7 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
         columns.append(_Column(name, unit, keys))
     names = [column.name for column in columns]
     needed = ["name", *([] if typed else ["power", "speed", "breakdown_ratio"])]
-    faults += [Fault(where, f"no column {name}", _expected(name, known)) for name in needed if name not in names]
+    faults += [Fault(where, f"no column {name}", _expected(name, by_name)) for name in needed if name not in names]
     if not typed and "synchronous_speed" not in names:
         missing = [name for name in ("poles", "frequency") if name not in names]
         if missing:
@@ -197,8 +197,8 @@ def _unit_faults(unit: str, kinds: Iterable[str], path: str) -> list[Fault]:
     return faults[:1]
 
 
-def _expected(name: str, known: Mapping[str, Mapping[str, Key]]) -> str:
-    key = next(iter(known.get(name, {}).values()), None)
+def _expected(name: str, keys: Mapping[str, Mapping[str, Key]]) -> str:
+    key = next(iter(keys.get(name, {}).values()), None)
     if key is None or key.kind not in DIMENSIONS or not DIMENSIONS[key.kind].si:
         return f'"{name}" in the header'
     return f'"{name}" in the header, with its unit such as "{name} ({DIMENSIONS[key.kind].example.split(maxsplit=1)[-1]})"'
@@ -221,12 +221,12 @@ def _row(
         advice = "write 1.5, not 1,5, or put a semicolon between columns" if torn or len(cells) > len(columns) else ""
         faults.append(Fault(where, f"{len(cells)} cells", f"{len(columns)}, as the header has columns", advice))
         return None
-    given = {column.name: cell for column, cell in zip(columns, cells, strict=True)}
-    name = given.get("name", "").strip()
+    by_column = {column.name: cell for column, cell in zip(columns, cells, strict=True)}
+    name = by_column.get("name", "").strip()
     if not name:
         faults.append(Fault(f"{where}, name", "an empty cell", "the motor's name"))
     at = {column.name: f"{where}, {column.name}" for column in columns}
-    table: dict[str, Any] = {"type": given.get("type", "").strip() or "induction"}
+    table: dict[str, Any] = {"type": by_column.get("type", "").strip() or "induction"}
     if table["type"] in _ROWS_OF_THEIR_OWN:
         advice = 'give two points of it as a line, or size the scene with [drive] motor = {type = "table", ...}'
         faults.append(Fault(at["type"], quote(table["type"]), "a motor whose data have a cell each", advice))
@@ -239,15 +239,15 @@ def _row(
     before = len(faults)
     if "synchronous_speed" in table:
         _field(table, at["synchronous_speed"], faults)
-    price, currency = _price(given, columns, at, faults)
+    price, currency = _price(by_column, columns, at, faults)
     noted = Faults()
     motor = None if len(faults) > before else read_motor(table, "motor", Setting(TURN, {}, {}, frozenset(), None, noted))
-    known = {fault.path for fault in faults}
+    paths = {fault.path for fault in faults}
     for fault in noted:
         key = fault.path.removeprefix("motor").lstrip(".")
         path = at.get(key, f"{where}, {key}" if key else where)
-        if path not in known and (key or not faults):  # what a row lacks may be in a cell at fault
-            empty = key in given and not given[key].strip()
+        if path not in paths and (key or not faults):  # what a row lacks may be in a cell at fault
+            empty = key in by_column and not by_column[key].strip()
             faults.append(fault._replace(path=path, found="an empty cell" if empty else fault.found))
     if faults or motor is None:
         return None
@@ -305,15 +305,17 @@ def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
             table["frequency"], table["poles"] = f"{frequency!r} Hz", 2 * round(poles / 2)
             return
     at = " or ".join(f"{each:g} Hz" for each in mains)
-    told = f", and of {table['poles']} poles" if "poles" in table else ""
-    faults.append(Fault(path, f"{rpm:.6g} rpm", f"the speed of a field at {at}{told}: 120 f over an even number of poles"))
+    addition = f", and of {table['poles']} poles" if "poles" in table else ""
+    faults.append(
+        Fault(path, f"{rpm:.6g} rpm", f"the speed of a field at {at}{addition}: 120 f over an even number of poles")
+    )
 
 
 def _price(
-    given: Mapping[str, str], columns: Iterable[_Column], at: Mapping[str, str], faults: list[Fault]
+    table: Mapping[str, str], columns: Iterable[_Column], at: Mapping[str, str], faults: list[Fault]
 ) -> tuple[float | None, str]:
     """The price of a row and its currency: in a separate column, in the header, or in the cell."""
-    text = given.get("price", "").strip()
+    text = table.get("price", "").strip()
     if not text:
         return None, ""
     match = _PRICE.fullmatch(text)
@@ -321,7 +323,7 @@ def _price(
         faults.append(Fault(at["price"], quote(text), "a price such as 450 or 450 EUR", "write 1250.50, not 1.250,50"))
         return None, ""
     unit = next(column.unit for column in columns if column.name == "price")
-    own = given.get("currency", "").strip()
+    own = table.get("currency", "").strip()
     currencies = list(dict.fromkeys(filter(None, (own, unit, match["before"], match["after"]))))
     if len(currencies) > 1:
         faults.append(Fault(at["price"], f"{text} in {' and '.join(currencies)}", "one currency"))

@@ -60,9 +60,9 @@ class Faults(list[Fault]):
         self.quantities: dict[str, Quantity] = {}
         self.meant = set[str]()
 
-    def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
+    def add(self, path: str, defect: str, expected: str, advice: str = "") -> None:
         """Notes one more fault."""
-        self.append(Fault(path, found, expected, advice))
+        self.append(Fault(path, defect, expected, advice))
 
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
         """Notes an unknown name, with the nearest known one, or the tables that have it."""
@@ -136,10 +136,10 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]
         key = "crank.length" if mechanism else ".crank.length"
         return "the stroke of an in-line mechanism is twice crank.length", key
     of, _, key = word.partition("_")
-    keys = {known.name for known in parts[of].keys} if of in here else set()
+    keys = {key.name for key in parts[of].keys} if of in here else set()
     if near := next((f"{of}.{one}" for one in (key, *_TRADE.get(key, ())) if one in keys), ""):
         return f"did you mean {near}?", near
-    if owners := [f"{part}.{name}" for part in here if name in (known.name for known in parts[part].keys)]:
+    if owners := [f"{part}.{name}" for part in here if name in (key.name for key in parts[part].keys)]:
         return f"{name} belongs to a part: {', '.join(owners)}", owners[0] if len(owners) == 1 else ""
     if any(name == key.name for key in TOP):
         return f"{name} stands at the top, above every heading", ""
@@ -204,9 +204,9 @@ class Item(NamedTuple):
         """True if no fault was noted since its reading began."""
         return len(self.faults) == self.before
 
-    def add(self, key: str, found: str, expected: str, advice: str = "") -> None:
+    def add(self, key: str, defect: str, expected: str, advice: str = "") -> None:
         """Notes a fault of one key."""
-        self.faults.add(child(self.path, key), found, expected, advice)
+        self.faults.add(child(self.path, key), defect, expected, advice)
 
     def given(self, *names: str) -> list[str]:
         """The keys of `names` that are present."""
@@ -243,9 +243,9 @@ def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Fault
     before = len(faults)
     item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section, before)
     for group in section.one_of:
-        given = [name for name in group if name in raw]
-        if len(given) != 1:
-            exactly_one(given, group, path, faults)
+        present = [name for name in group if name in raw]
+        if len(present) != 1:
+            exactly_one(present, group, path, faults)
     return item
 
 
@@ -256,12 +256,12 @@ def read_fields(
 
     The value is None if it is at fault, and unchanged if its reading needs its place or other tables.
     """
-    known = {key.name: key for key in keys}
+    by_name = {key.name: key for key in keys}
     for name in raw:
-        if name not in known:
-            faults.unknown(child(path, name), name, known)
+        if name not in by_name:
+            faults.unknown(child(path, name), name, by_name)
     fields: Fields = {}
-    for name, key in known.items():
+    for name, key in by_name.items():
         where = f"{path}.{name}" if path else name
         fields[name] = _value(raw[name], key, where, faults, rotating) if name in raw else key.default
         if key.required and name not in raw:
@@ -411,11 +411,11 @@ def items(raw: object) -> list[Any] | None:
     return list(raw) if isinstance(raw, (list, tuple)) else None
 
 
-def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: Faults) -> bool:
+def exactly_one(present: Sequence[str], names: Sequence[str], path: str, faults: Faults) -> bool:
     """Checks that exactly one of some keys was given; notes a fault otherwise."""
-    if len(given) == 1:
+    if len(present) == 1:
         return True
-    defect = " and ".join(given) if given else f"none of {', '.join(names)}"
+    defect = " and ".join(present) if present else f"none of {', '.join(names)}"
     faults.add(path, defect, f"exactly one of {', '.join(names)}")
     return False
 
@@ -478,10 +478,10 @@ class Places(NamedTuple):
             names = " or ".join(quote(place.name) for place in places)
             faults.add(path, f"{quote(name)}, which may be {names}", "a place that is unique", "write the full name")
         elif self.complete:
-            known = [*self.shafts, *self.ports]
+            candidates = [*self.shafts, *self.ports]
             short = {port.rpartition(".")[2]: port for port in self.ports}
             word = next((word for word in _TRADE.get(name, ()) if word in short), name)
-            faults.add(path, quote(name), "a shaft or a port", suggestion(word, known, short))
+            faults.add(path, quote(name), "a shaft or a port", suggestion(word, candidates, short))
         return None
 
     def shaft(self, name: object, path: str, faults: Faults) -> str:

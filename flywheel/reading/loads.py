@@ -122,8 +122,8 @@ def read_model(raw: object, path: str, site: Site | None, faults: Faults) -> Mod
     item = read_typed(raw, TYPE, LOAD_MODELS, path, faults, site.place.rotating)
     if item is None or item.section.reader is None:
         return None
-    found: Modelled | None = item.section.reader(item, site)
-    return found if item.clean else None
+    model: Modelled | None = item.section.reader(item, site)
+    return model if item.clean else None
 
 
 # -- what resists motion -----------------------------------------------------------------------------------------------
@@ -194,11 +194,11 @@ def _fan(item: Item, site: Site) -> Modelled | None:
 def _losses(item: Item, site: Site) -> Modelled | None:
     """Shares that are constant, proportional to the speed, and to its square."""
     names = load_models.Resistance._fields
-    given = item.given(*names)
-    if not given:
+    present = item.given(*names)
+    if not present:
         item.faults.add(item.path, f"none of {', '.join(names)}", "one of them at least")
     law = load_models.Resistance(*map(item.number, names))
-    return _resisting(item, site, law, ", ".join(f"{name} {item.raw[name]}" for name in given))
+    return _resisting(item, site, law, ", ".join(f"{name} {item.raw[name]}" for name in present))
 
 
 def _belt(item: Item, site: Site) -> Modelled | None:
@@ -549,14 +549,14 @@ def read_elements(raw: Mapping[str, Any], places: Places, drags: Mapping[str, fl
     """
     inertias, springs, dampers, loads = list[Inertia](), list[Spring](), list[Damper](), list[Load]()
     for item, place in _listed(raw.get("inertia"), SECTIONS["inertia"], places, setting):
-        given = item.given("value", "gd2")
-        if not given:
+        present = item.given("value", "gd2")
+        if not present:
             item.add("value", "nothing", "a mass or an inertia, or gd2")
-        elif len(given) > 1:
-            exactly_one(given, ("value", "gd2"), item.path, item.faults)
-        elif given == ["gd2"] and place is not None and not place.rotating:
+        elif len(present) > 1:
+            exactly_one(present, ("value", "gd2"), item.path, item.faults)
+        elif present == ["gd2"] and place is not None and not place.rotating:
             item.add("gd2", f'a GD² on "{place.name}", which translates', "a mass, in value")
-        value = item.fields["gd2" if "gd2" in given else "value"]
+        value = item.fields["gd2" if "gd2" in present else "value"]
         if place is not None and value is not None:
             inertias.append(Inertia(place.name, value, item.path))
     section = SECTIONS["load"]
@@ -726,19 +726,19 @@ def _law(
     return read_effort(raw[key], key, f"{path}.{key}", setting) if key else None, "", None
 
 
-def _every(given: float | None, place: Place | None, path: str, setting: Setting) -> float | None:
+def _every(values: float | None, place: Place | None, path: str, setting: Setting) -> float | None:
     """The angle after which the load repeats: it divides the travel of the load's angle."""
     if place is None or place.travel is None or setting.cycle is None:
         return None
     path, travel = f"{path}.every", f"the {np.degrees(place.travel):.10g} deg that its angle travels in a cycle"
-    if given is None:
+    if values is None:
         period = default_period(place.travel, setting.cycle)
         if period is None:
             setting.faults.add(path, "nothing", f"an angle that divides {travel}", "the cycle does not")
         return period
-    repeats = whole(place.travel / given)
+    repeats = whole(place.travel / values)
     if repeats is None or repeats > MOST_TURNS:
-        defect = f"{np.degrees(given):.10g} deg"
+        defect = f"{np.degrees(values):.10g} deg"
         setting.faults.add(path, defect, f"an angle that divides {travel}, {MOST_TURNS} times at most")
         return None
     return place.travel / repeats
@@ -804,24 +804,24 @@ def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
     shaft = places.shaft(fields["on"] if "on" in table else element, "drive.on", faults)
     turning, pushing = ("torque", "motor"), ("force",)
     valid, wrong, moves = (pushing, turning, "slides") if setting.sliding else (turning, pushing, "turns")
-    given, misplaced = ([name for name in names if name in table] for names in (valid, wrong))
+    present, misplaced = ([name for name in names if name in table] for names in (valid, wrong))
     for name in misplaced:
         faults.add(f"drive.{name}", f'a {name} on "{element}", which {moves}', f"a {valid[0]}")
-    if len(given) > 1:
-        exactly_one(given, valid, "drive", faults)
-    elif not given and not misplaced:
+    if len(present) > 1:
+        exactly_one(present, valid, "drive", faults)
+    elif not present and not misplaced:
         key = next(key for key in keys if key.name == valid[0])
         faults.add(f"drive.{valid[0]}", "nothing", expectation(key), "or a motor" if "motor" in valid else "")
     motor: Motor | None = None
     law: Law | None = None
-    balance = given in (["torque"], ["force"]) and isinstance(table[given[0]], str) and table[given[0]] == "balance"
-    if given == ["motor"]:
+    balance = present in (["torque"], ["force"]) and isinstance(table[present[0]], str) and table[present[0]] == "balance"
+    if present == ["motor"]:
         from flywheel.reading.motors import read_motor  # only scenes with a motor need it
 
         motor = read_motor(table["motor"], "drive.motor", setting)
         law = None if motor is None else motor.law()
-    elif len(given) == 1 and not balance:
-        law = read_effort(table[given[0]], given[0], f"drive.{given[0]}", setting)
+    elif len(present) == 1 and not balance:
+        law = read_effort(table[present[0]], present[0], f"drive.{present[0]}", setting)
     if setting.cycle is None or (law is None and not balance):
         return Drive(None, balance)
     title = "" if motor is None else motor.title

@@ -113,11 +113,11 @@ def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
     if table is None:
         return Link(name, (Point(ORIGIN),))
     fields = read_fields(table, (FRAME_BODY if name == FRAME else LINK).keys, path, faults)
-    given, places = as_table(table.get("points", {}), f"{path}.points", faults), {ORIGIN: (0.0, 0.0)}
-    if given is not None and len(given) > MOST_POINTS:
-        faults.add(f"{path}.points", f"{len(given)} points", f"at most {MOST_POINTS}")
-        given = None
-    for point, pair in (given or {}).items():
+    own_points, places = as_table(table.get("points", {}), f"{path}.points", faults), {ORIGIN: (0.0, 0.0)}
+    if own_points is not None and len(own_points) > MOST_POINTS:
+        faults.add(f"{path}.points", f"{len(own_points)} points", f"at most {MOST_POINTS}")
+        own_points = None
+    for point, pair in (own_points or {}).items():
         where = child(f"{path}.points", point)
         check_name(point, where, faults)
         place = read_pair(pair, where, faults)
@@ -164,14 +164,14 @@ def find_point(text: object, path: str, bodies: Bodies, faults: Faults) -> tuple
 
 def listed(raw: object, path: str, most: int, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:
     """The tables of an array of tables, each with its path."""
-    found = items(raw)
-    if found is None:
+    listed_items = items(raw)
+    if listed_items is None:
         faults.add(path, show(raw), "an array of tables", f"write [[mechanism.{path.rpartition('.')[2]}]] for each")
         return []
-    if len(found) > most:
-        faults.add(path, f"{len(found)} tables", f"at most {most}")
+    if len(listed_items) > most:
+        faults.add(path, f"{len(listed_items)} tables", f"at most {most}")
         return []
-    tables = [(f"{path}[{i}]", as_table(item, f"{path}[{i}]", faults)) for i, item in enumerate(found)]
+    tables = [(f"{path}[{i}]", as_table(item, f"{path}[{i}]", faults)) for i, item in enumerate(listed_items)]
     return [(where, table) for where, table in tables if table is not None]
 
 
@@ -205,8 +205,8 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
     """Every joint; two of one name are a fault."""
     named: dict[str, Joint] = {}
     paths: dict[str, str] = {}
-    given = items(raw)
-    if given == []:
+    tables = items(raw)
+    if tables == []:
         faults.add(path, "no joint", "one at least")
     joints = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
     for where, joint in joints:
@@ -215,7 +215,7 @@ def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joint
         elif joint is not None:
             named[joint.name], paths[joint.name] = joint, where
     read = sum(joint is not None for _, joint in joints)
-    return Joints(named, paths, 0 < read == len(given or ()))
+    return Joints(named, paths, 0 < read == len(tables or ()))
 
 
 def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> Joint | None:
@@ -225,8 +225,8 @@ def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) ->
     raw = without_misplaced(raw, kind, JOINT_KEYS, path, faults)
     fields = read_fields(raw, keys_for(JOINT, JOINT_KEYS.get(kind)), path, faults)
     name = fields["name"]
-    between, wanted = f"{path}.between", 'a list of two points, such as ["frame.O", "crank.O"]'
-    pair = read_two(raw["between"], between, wanted, faults) if "between" in raw else ()
+    between, expected = f"{path}.between", 'a list of two points, such as ["frame.O", "crank.O"]'
+    pair = read_two(raw["between"], between, expected, faults) if "between" in raw else ()
     ends = [find_point(text, f"{between}[{i}]", bodies, faults) or _NOWHERE for i, text in enumerate(pair)]
     first, second = ends or (_NOWHERE, _NOWHERE)
     if first[0] and first[0] == second[0]:
@@ -254,12 +254,12 @@ def without_misplaced(
     return kept
 
 
-def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[object]:
+def read_two(raw: object, path: str, expected: str, faults: Faults) -> Sequence[object]:
     """The two items of a list; none after noting a fault."""
     pair = items(raw)
     if pair is not None and len(pair) == 2:
         return pair
-    faults.add(path, show(raw) if pair is None else f"a list of {len(pair)}", wanted)
+    faults.add(path, show(raw) if pair is None else f"a list of {len(pair)}", expected)
     return ()
 
 
@@ -313,16 +313,18 @@ def _coupling(raw: Mapping[str, Any], path: str, bodies: Bodies, joints: Joints,
 def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> _Pair | None:
     """The two joints that a coupling joins, of kinds that fit, and the body that carries both."""
     names = read_two(raw, path, 'a list of two joints, such as ["O", "P"]', faults)
-    found = [joint for i, name in enumerate(names) if (joint := joints.find(name, f"{path}[{i}]", faults)) is not None]
-    if len(found) != 2 or not kind or not all(joint.kind for joint in found):
+    joints_of_pair = [
+        joint for i, name in enumerate(names) if (joint := joints.find(name, f"{path}[{i}]", faults)) is not None
+    ]
+    if len(joints_of_pair) != 2 or not kind or not all(joint.kind for joint in joints_of_pair):
         return None
-    first, second = found
+    first, second = joints_of_pair
     if first.name == second.name:
         faults.add(path, f"{quote(first.name)} twice", "two different joints")
         return None
-    wrong = [i for i, joint in enumerate(found) if joint.kind not in _TAKES[kind][i]]
+    wrong = [i for i, joint in enumerate(joints_of_pair) if joint.kind not in _TAKES[kind][i]]
     for i in wrong:
-        taken, other = " or a ".join(_TAKES[kind][i]), found[i]
+        taken, other = " or a ".join(_TAKES[kind][i]), joints_of_pair[i]
         faults.add(
             f"{path}[{i}]", f"{quote(other.name)}, a {other.kind} joint", f"a {taken}", _NOT_TAKEN.get(other.kind, "")
         )
@@ -330,7 +332,7 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
         return None
     common = common_body(first, second)
     if not common:
-        bodies = (f"{quote(joint.name)} of {joint.first} and {joint.second}" for joint in found)
+        bodies = (f"{quote(joint.name)} of {joint.first} and {joint.second}" for joint in joints_of_pair)
         faults.add(path, " with ".join(bodies), "two joints of one body, which carries both")
         return None
     return first, second, common
@@ -374,12 +376,12 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
     """Lift law, point of contact and friction of a cam."""
     _, second, carrier = pair
     text, contact = item.fields["contact"], None
-    found = None if text is None else find_point(text, f"{item.path}.contact", bodies, item.faults)
-    if found is not None:
+    point = None if text is None else find_point(text, f"{item.path}.contact", bodies, item.faults)
+    if point is not None:
         follower = second.second if second.first == carrier else second.first
-        if found[0] != follower:
+        if point[0] != follower:
             item.add("contact", quote(text), f"a point of the follower, {follower}")
-        contact = found[0], found[1].name
+        contact = point[0], point[1].name
     lift, key, before = None, item.one("lift", "table"), len(item.faults)
     path, rotating = f"{item.path}.{key}", second.kind == PIN
     law = read_law(item.raw[key], "theta" if rotating else "x", path, setting) if key else None
@@ -445,8 +447,8 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
     good = tuple(port for port in points.values() if port is not None)
     kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in items(raw.get("joints")) or [None]]
     slides = sum(isinstance(kind, str) and kind in (SLIDE, SLOT) for kind in kinds)  # each of which is a port
-    told = all(isinstance(kind, str) and kind in JOINT_KEYS for kind in kinds)
-    complete = told and slides == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
+    plain = all(isinstance(kind, str) and kind in JOINT_KEYS for kind in kinds)
+    complete = plain and slides == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
     return Drawn(offered(linkage, points), linkage, good, bool(bodies) and complete)
 
 
@@ -464,12 +466,12 @@ def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) 
         if "driver" in raw:
             faults.add(f"{path}.driver", show(raw["driver"]), 'names of pins or slides, such as ["O", "D"]')
         return ()
-    given = items(starts) if items(starts) is not None else [starts] * (len(names) if starts == 0.0 else 1)
-    if given is None or len(given) != len(names):
+    tables = items(starts) if items(starts) is not None else [starts] * (len(names) if starts == 0.0 else 1)
+    if tables is None or len(tables) != len(names):
         faults.add(f"{path}.start", show(starts), f"a list of {len(names)}, one for each driver")
         return ()
     drivers: list[Driver] = []
-    for k, (name, start) in enumerate(zip(names, given, strict=True)):
+    for k, (name, start) in enumerate(zip(names, tables, strict=True)):
         at = f"[{k}]" if len(names) > 1 else ""
         joint = joints.find(name, f"{path}.driver{at}", faults)
         if joint is None or not joint.kind:
@@ -529,10 +531,10 @@ def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict
         faults.add(path, f"{len(tables)} ports", f"at most {MOST_BODIES}")
         return {}
     ports: dict[str, PointPort | None] = {}
-    for name, given in (tables or {}).items():
+    for name, pair in (tables or {}).items():
         where = child(path, name)
         check_name(name, where, faults)
-        ports[name], table = None, as_table(given, where, faults)
+        ports[name], table = None, as_table(pair, where, faults)
         if table is None:
             continue
         fields = read_fields(table, POINT_PORT.keys, where, faults)
@@ -596,7 +598,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     elif tables and isinstance(tables[0], Mapping):
         path, kind = "mechanism" if isinstance(mechanism, Mapping) else "mechanism[0]", tables[0].get("type")
         if isinstance(kind, str) and kind in KINDS and not _goes_one_way(KINDS[kind]):
-            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if _goes_one_way(known))
+            expected = " or ".join(f'"{name}"' for name, kind in KINDS.items() if _goes_one_way(kind))
             advice = "for a crank that turns in cycles leave out [stroke]"
             faults.add(f"{path}.type", f"{show(kind)} together with [stroke]", expected, advice)
         for name in ("phase", "shaft"):
@@ -672,13 +674,13 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
     if isinstance(raw, (list, tuple)) and len(raw) > MOST_MECHANISMS:
         faults.add("mechanism", f"{len(raw)} mechanisms", f"at most {MOST_MECHANISMS}")
         raw = None
-    given = enumerate(raw) if isinstance(raw, (list, tuple)) else () if raw is None else ((None, raw),)
-    paths = [("mechanism" if i is None else f"mechanism[{i}]", item) for i, item in given]
+    numbered = enumerate(raw) if isinstance(raw, (list, tuple)) else () if raw is None else ((None, raw),)
+    paths = [("mechanism" if i is None else f"mechanism[{i}]", item) for i, item in numbered]
     tables = [(path, table) for path, item in paths if (table := as_table(item, path, faults)) is not None]
     types = [table.get("type") for _, table in tables]
-    found = [_mechanism(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
+    all_mechanisms = [_mechanism(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
     seen: set[str] = set()
-    for (path, _), item in zip(tables, found, strict=True):
+    for (path, _), item in zip(tables, all_mechanisms, strict=True):
         if item is None:
             continue
         if item.name in setting.shafts or (item.name in seen and f"{path}.name" not in {fault.path for fault in faults}):
@@ -686,17 +688,17 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             faults.add(f"{path}.name", quote(item.name), "a unique name", f"{other} has this name already")
         seen.add(item.name)
     ports: dict[str, Place] = {}
-    known = all(abs(value) < math.inf for value in setting.parameters.values())
-    for (_, table), item in zip(tables, found, strict=True):
+    finite = all(abs(value) < math.inf for value in setting.parameters.values())
+    for (_, table), item in zip(tables, all_mechanisms, strict=True):
         if item is None:
             continue
         returns: dict[str, bool] = {}
-        if item.mechanism is not None and known:
+        if item.mechanism is not None and finite:
             try:
                 family = build(item.mechanism, setting.parameters)
                 returns = {name: port.returns or once for name, port in family.ports.items()}
             except SceneError as error:  # it locks
-                kind, alone = KINDS[item.mechanism.type], not once and len(found) == 1
+                kind, alone = KINDS[item.mechanism.type], not once and len(all_mechanisms) == 1
                 moves = stroke_ranges(item.mechanism, setting.parameters) if alone else ""
                 for fault in error.faults:
                     advice = fault.advice
@@ -710,8 +712,8 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             name = f"{item.name}.{port}"
             ports[name] = Place(name, rotating, item.travel, returns.get(port, True))
     shafts = {name: Place(name, not setting.sliding, setting.cycle, once) for name in setting.shafts}
-    complete = all(item is not None and item.complete for item in found)
-    read = tuple(item.mechanism for item in found if item is not None and item.mechanism is not None)
+    complete = all(item is not None and item.complete for item in all_mechanisms)
+    read = tuple(item.mechanism for item in all_mechanisms if item is not None and item.mechanism is not None)
     return read, Places(shafts, ports, complete, read)
 
 
@@ -756,10 +758,10 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     bodies: dict[str, Body] = {}
     for part in kind.parts:
         where = f"{path}.{part.name_in(raw)}"
-        given = raw.get(part.name_in(raw), {})
-        if isinstance(given, (str, int, float)) and any(key.name == "length" for key in part.keys):
-            faults.add(where, show(given), "a table", f"write {part.name_in(raw)}.length = {show(given)}")
-        elif (table := as_table(given, where, faults)) is not None:
+        part_table = raw.get(part.name_in(raw), {})
+        if isinstance(part_table, (str, int, float)) and any(key.name == "length" for key in part.keys):
+            faults.add(where, show(part_table), "a table", f"write {part.name_in(raw)}.length = {show(part_table)}")
+        elif (table := as_table(part_table, where, faults)) is not None:
             values = read_fields(table, part.keys, where, faults)
             geometry |= {f"{part.name}.{key.name}": values[key.name] for key in part.geometry}
             if part.body:
@@ -772,9 +774,9 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         rotating |= drawn.ports
     elif kind.name == "law":
         outputs, period = _outputs(raw, period, travel, path, setting)
-        given = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}
+        part_table = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}
         own = {"outputs": outputs, "period": period}
-        rotating |= {str(name): isinstance(of, Mapping) and "theta" in _positioned(of) for name, of in given.items()}
+        rotating |= {str(name): isinstance(of, Mapping) and "theta" in _positioned(of) for name, of in part_table.items()}
     else:
         own = {"assembly": fields.get("assembly", "open")}
     if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
@@ -811,10 +813,10 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     count = whole(turns)
     if count is None or count > MOST_TURNS:
         defect = f"{turns:.10g} turns of {quote(shaft)} in the cycle of {np.degrees(setting.cycle):.10g} deg"
-        wanted = f"a whole number of them, at most {MOST_TURNS}"
+        expected = f"a whole number of them, at most {MOST_TURNS}"
         degrees = whole(setting.cycle / 90) if setting.cycle > TURN else None
         advice = f'write regime.cycle = "{90 * degrees} deg"' if degrees else "change regime.cycle or the shaft's ratio"
-        setting.faults.add(path, defect, wanted, advice)
+        setting.faults.add(path, defect, expected, advice)
         return None
     crank = whole(setting.cycle / TURN)
     setting.shafts[shaft] = count / crank if crank else count * TURN / setting.cycle  # it may be given with fewer digits

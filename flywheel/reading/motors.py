@@ -109,12 +109,12 @@ def _thermal(item: Item, motor: Motor) -> Thermal | None:
     table = as_table(item.raw["thermal"], path, item.faults)
     if table is None:
         return None
-    given = read_item(table, THERMAL, path, item.faults)
-    if given.clean and motor.rated is None:
+    thermal_item = read_item(table, THERMAL, path, item.faults)
+    if thermal_item.clean and motor.rated is None:
         item.add("thermal", "a motor without a rated point", "its name plate", "a rise is that at the rated point")
-    if not given.clean or not item.clean:
+    if not thermal_item.clean or not item.clean:
         return None
-    fields = given.fields
+    fields = thermal_item.fields
     try:
         winding = fields["winding_time_constant"], fields["winding_share"]
         return thermal(fields["time_constant"], fields["rise"], fields["class"], *winding)
@@ -129,36 +129,36 @@ def _start(item: Item, motor: Motor) -> Start | None:
     table = as_table(item.raw["start"], path, item.faults)
     if table is None:
         return None
-    given = read_item(table, START, path, item.faults)
-    kind = given.fields["type"]
-    if kind is None or not given.clean:
+    start_item = read_item(table, START, path, item.faults)
+    kind = start_item.fields["type"]
+    if kind is None or not start_item.clean:
         return None
     if motor.circuit is not None and kind not in ("resistance", "field"):  # which tell of an armature's inductance
         expected, advice = "a motor whose torque follows its speed at once", "over a start its own states are left out"
-        given.add("type", f"a start by {kind} of a motor with states of its own", expected, advice)
+        start_item.add("type", f"a start by {kind} of a motor with states of its own", expected, advice)
         return None
-    wanted, possible, make = _STARTS[kind]
-    others = [name for name in given.raw if name not in ("type", *wanted, *possible)]
-    given.without(others, f"of a start by {kind}", f"it takes {', '.join((*wanted, *possible))}")
-    for name in wanted:
-        given.needs(name, f"a start by {kind} has it")
-    untils = _switches(given)
-    if not given.clean:
+    keys, possible, make = _STARTS[kind]
+    others = [name for name in start_item.raw if name not in ("type", *keys, *possible)]
+    start_item.without(others, f"of a start by {kind}", f"it takes {', '.join((*keys, *possible))}")
+    for name in keys:
+        start_item.needs(name, f"a start by {kind} has it")
+    untils = _switches(start_item)
+    if not start_item.clean:
         return None
     try:
         check_start(motor, kind)
-        return make(motor, given, untils)
+        return make(motor, start_item, untils)
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
         return None
 
 
-def _switches(given: Item) -> list[Switch]:
+def _switches(item: Item) -> list[Switch]:
     """The ends of connections, each a time or a speed; faults noted."""
-    raw, switches = given.raw.get("until"), list[Switch]()
+    raw, switches = item.raw.get("until"), list[Switch]()
     several = items(raw)
     for i, one in enumerate([] if raw is None else [raw] if several is None else several):
-        path = f"{given.path}.until" + ("" if several is None else f"[{i}]")
+        path = f"{item.path}.until" + ("" if several is None else f"[{i}]")
         for kind in ("time", "speed"):
             try:
                 value = parse_quantity(one, kind) if isinstance(one, str) else None
@@ -168,7 +168,7 @@ def _switches(given: Item) -> list[Switch]:
                 switches.append(Switch(**{kind: value}))
                 break
         else:
-            given.faults.add(path, show(one), 'a time or a speed above 0 with its unit, such as "3 s" or "1400 rpm"')
+            item.faults.add(path, show(one), 'a time or a speed above 0 with its unit, such as "3 s" or "1400 rpm"')
     return switches
 
 
@@ -179,8 +179,8 @@ def _alone(untils: list[Switch]) -> Switch:
     return untils[0]
 
 
-def _soft(motor: Motor, given: Item, untils: list[Switch]) -> Start:
-    fields, until = given.fields, _alone(untils) if untils else None
+def _soft(motor: Motor, item: Item, untils: list[Switch]) -> Start:
+    fields, until = item.fields, _alone(untils) if untils else None
     limits = fields["torque_limit"], fields["current_limit"]
     return soft_start(motor, until, fields["voltage"] or 1.0, fields["ramp"] or 0.0, *limits)
 
@@ -190,15 +190,15 @@ _STARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...], Callable[[Motor, Item
     "transformer": (
         ("voltage", "until"),
         (),
-        lambda motor, given, untils: transformer(motor, given.fields["voltage"], _alone(untils)),
+        lambda motor, item, untils: transformer(motor, item.fields["voltage"], _alone(untils)),
     ),
     "soft": ((), ("voltage", "ramp", "torque_limit", "current_limit", "until"), _soft),
     "resistance": (
         ("added", "until"),
         (),
-        lambda motor, given, untils: resistance_steps(motor, given.fields["added"], untils),
+        lambda motor, item, untils: resistance_steps(motor, item.fields["added"], untils),
     ),
-    "field": (("field", "until"), (), lambda motor, given, untils: field_steps(motor, given.fields["field"], untils)),
+    "field": (("field", "until"), (), lambda motor, item, untils: field_steps(motor, item.fields["field"], untils)),
 }
 """The keys that a start of each type must have, those that it may have, and what makes it of them."""
 
@@ -277,15 +277,15 @@ def _constant(item: Item, _: Path | None) -> Motor:
 def _line(item: Item, _: Path | None) -> Motor | None:
     """A line by its start and slope, by both of its ends, or by no-load speed and a rated point."""
     fields, inertia = item.fields, item.fields["inertia"]
-    given = {key.name for key in _LINE if key.name in item.raw}
-    if given not in map(set, _LINES):
+    present = {key.name for key in _LINE if key.name in item.raw}
+    if present not in map(set, _LINES):
         ends = "starting_torque and slope; or no_load_speed and starting_torque"
         expected = f"{ends}; or no_load_speed and speed and torque or power"
-        item.faults.add(item.path, " and ".join(sorted(given)) or "no values", expected)
+        item.faults.add(item.path, " and ".join(sorted(present)) or "no values", expected)
         return None
-    if "slope" in given:
+    if "slope" in present:
         return Line(at_rest=fields["starting_torque"], fall=fields["slope"], inertia=inertia)
-    if "speed" in given:
+    if "speed" in present:
         return line_through(fields["no_load_speed"], _rated(fields), inertia)
     return line_from_no_load(fields["no_load_speed"], fields["starting_torque"], inertia)
 
@@ -409,12 +409,12 @@ def _inverter(item: Item) -> Inverter | None:
     table = as_table(item.raw["inverter"], path, item.faults) if "inverter" in item.raw else None
     if table is None:
         return None
-    given = read_item(table, INVERTER, path, item.faults)
+    inverter_item = read_item(table, INVERTER, path, item.faults)
     if "start" in item.raw:
         item.add("start", "a start together with an inverter", "a ramp of the inverter", "its frequency starts the motor")
-    if not given.clean or not item.clean:
+    if not inverter_item.clean or not item.clean:
         return None
-    fields = given.fields
+    fields = inverter_item.fields
     return Inverter(
         fields["frequency"],
         fields["field_weakening_from"] or item.fields["frequency"],
@@ -428,11 +428,11 @@ def _inverter(item: Item) -> Inverter | None:
 
 def _two_axis(item: Item, static: Induction) -> TwoAxisInduction | None:
     """An induction motor with its fluxes as states; its circuit follows from the name plate where it is not given."""
-    given = item.given(*Impedances._fields)
-    if given and len(given) < len(Impedances._fields):
-        missing = ", ".join(name for name in Impedances._fields if name not in given)
+    present = item.given(*Impedances._fields)
+    if present and len(present) < len(Impedances._fields):
+        missing = ", ".join(name for name in Impedances._fields if name not in present)
         item.faults.add(
-            item.path, f"{', '.join(given)} without {missing}", "all five, or none where the name plate gives them"
+            item.path, f"{', '.join(present)} without {missing}", "all five, or none where the name plate gives them"
         )
         return None
     if "start" in item.raw:
@@ -441,7 +441,7 @@ def _two_axis(item: Item, static: Induction) -> TwoAxisInduction | None:
     item.needs("voltage")
     if not item.clean:
         return None
-    circuit = Impedances(*(item.fields[name] for name in Impedances._fields)) if given else impedances_of(static)
+    circuit = Impedances(*(item.fields[name] for name in Impedances._fields)) if present else impedances_of(static)
     own = {one.name: getattr(static, one.name) for one in dataclass_fields(static)}
     return TwoAxisInduction(**own, voltage=item.fields["voltage"], impedances=circuit)
 
@@ -497,13 +497,13 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
         return None
     poles, ratio, saliency = int(item.number("poles")), fields["pull_out_ratio"], fields["saliency"] or 0.0
     if (angle := fields["load_angle"]) is not None:
-        found = saliency_of(angle, ratio)
-        if found is None:
+        ratio_of_axes = saliency_of(angle, ratio)
+        if ratio_of_axes is None:
             round_rotor = math.degrees(math.asin(1.0 / ratio))
             defect = f"{math.degrees(angle):.6g} deg with a pull_out_ratio of {ratio:g}"
             item.add("load_angle", defect, f"{round_rotor:.4g} deg, that of a round rotor, or somewhat less")
             return None
-        saliency = found
+        saliency = ratio_of_axes
     damping, greatest = fields["damping"], fields["asynchronous_ratio"]
     if (slip := fields["asynchronous_slip"]) is not None:
         if greatest is not None and not greatest > 1.0:
@@ -770,12 +770,12 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
 def _machine(scene: Scene, item: Item) -> Scene:
     """The scene of a phase: with its changes, and its loads times their share."""
     changes = dict(leaves(item.raw.get("changes", {})))
-    found, share = scene.with_({**changes, "duty": None}), item.fields["loads"]
-    if share is None or found.document is None:
-        return found
-    raw = found.document.tables.get("load", ())
+    variant, share = scene.with_({**changes, "duty": None}), item.fields["loads"]
+    if share is None or variant.document is None:
+        return variant
+    raw = variant.document.tables.get("load", ())
     factors = {}
-    for load in found.loads:
+    for load in variant.loads:
         if is_loss(load.model) or not load.path.startswith("load["):  # a shaft's drag is one of its bearings
             continue
         index = int(load.path.removeprefix("load[").removesuffix("]"))
@@ -784,4 +784,4 @@ def _machine(scene: Scene, item: Item) -> Scene:
         except QuantityError:  # found wrong when it was read
             own = 1.0
         factors[f"load.{index}.factor"] = share * own
-    return found.with_(factors) if factors else found
+    return variant.with_(factors) if factors else variant

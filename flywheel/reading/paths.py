@@ -44,15 +44,15 @@ def dotted(path: str) -> str:
     return _INDEX.sub(r".\1", path)
 
 
-def by_path(given: Mapping[str, Any]) -> dict[str, Any]:
+def by_path(pairs: Mapping[str, Any]) -> dict[str, Any]:
     """Given values under the paths that `numbers` uses; SceneError where a path is given in two spellings.
 
     >>> by_path({"load[0].from": 1.0, "regime.speed": 2.0})
     {'load.0.from': 1.0, 'regime.speed': 2.0}
     """
-    values = {dotted(str(path)): value for path, value in given.items()}
-    if len(values) < len(given):
-        names = [dotted(str(path)) for path in given]
+    values = {dotted(str(path)): value for path, value in pairs.items()}
+    if len(values) < len(pairs):
+        names = [dotted(str(path)) for path in pairs]
         refuse([Fault(path, "two values", "one") for path in values if names.count(path) > 1])
     return values
 
@@ -112,8 +112,8 @@ def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:
     0.04
 
     """
-    known = _document(scene).quantities
-    units = {dotted(path): _unit(scene, path, quantity) for path, quantity in known.items() if dotted(path) in values}
+    quantities = _document(scene).quantities
+    units = {dotted(path): _unit(scene, path, quantity) for path, quantity in quantities.items() if dotted(path) in values}
     return scene.with_({path: _written(value, units.get(path, "")) for path, value in values.items()})
 
 
@@ -123,10 +123,10 @@ def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
     A key that the scene leaves to its default counts if the first, the middle or the last number of its column can be read
     there.
     """
-    document, known, faults = _document(scene), numbers(scene), []
+    document, all_numbers, faults = _document(scene), numbers(scene), []
     leaves = dict(_leaves(document.tables, ""))
     for path, column in columns.items():
-        if path in known:
+        if path in all_numbers:
             continue
         if path in leaves:
             expression = path.rpartition(".")[2] in _LAWS and leaves[path] != "balance"
@@ -134,7 +134,7 @@ def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
             faults.append(Fault(path, show(leaves[path]), "a number", advice))
             continue
         if below := [name for name in leaves if name.startswith(f"{path}.")]:
-            inside = [name for name in known if name in below]
+            inside = [name for name in all_numbers if name in below]
             faults.append(Fault(path, "a table", "a number", suggestion(path, inside)))
             continue
         tried = [_trial(scene, path, column[k]) for k in sorted({0, len(column) // 2, len(column) - 1}) if len(column)]
@@ -142,7 +142,7 @@ def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
             continue
         own = [fault for error in tried if error is not None for fault in error.faults]
         if _beyond(document.tables, path) or any(fault.expected.startswith("a known") for fault in own):
-            faults.append(Fault(path, "no number of the scene", "the path of one", suggestion(path, known)))
+            faults.append(Fault(path, "no number of the scene", "the path of one", suggestion(path, all_numbers)))
         else:
             faults.append(own[0])
     return faults

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from flywheel.components.wheel_stresses import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, material
-from flywheel.components.wheels import asked_faults
+from flywheel.components.wheels import request_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show, suggestion
@@ -199,9 +199,9 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
     >>> scene.inertia, scene.given_as
     (2.0, 'a TOML text')
     """
-    given = "a dict" if isinstance(source, Mapping) else "a TOML text" if is_toml(source) else f"the file {source}"
+    description = "a dict" if isinstance(source, Mapping) else "a TOML text" if is_toml(source) else f"the file {source}"
     if not isinstance(source, (Mapping, str, PathLike)):
-        given = f"a value of type {type(source).__name__}"
+        description = f"a value of type {type(source).__name__}"
     try:
         if isinstance(source, Mapping):
             scene = build_scene(source)
@@ -210,9 +210,9 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
         else:
             scene = read_scene(_path(source))
     except SceneError as error:
-        error.add_note(f"taken for {given}")
+        error.add_note(f"taken for {description}")
         raise
-    object.__setattr__(scene, "given_as", given)
+    object.__setattr__(scene, "given_as", description)
     return scene
 
 
@@ -266,13 +266,13 @@ def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
     faults = Faults()
     raw = as_table(mapping, "linkage", faults) or {}
     read_fields({key.name: raw[key.name] for key in TOP if key.name in raw}, TOP, "", faults)
-    known = (*(key.name for key in TOP), "parameters", "mechanism")
+    names = (*(key.name for key in TOP), "parameters", "mechanism")
     for name in raw:
-        if name in SECTIONS and name not in known:
+        if name in SECTIONS and name not in names:
             advice = "the calls of flywheel.freedoms take gravity, loads, springs and drives"
             faults.add(name, f"{name} together with a linkage of several drivers", "none", advice)
-        elif name not in known:
-            faults.unknown(name, name, known)
+        elif name not in names:
+            faults.unknown(name, name, names)
     parameters, _, unknowns = _parameters(raw.get("parameters"), faults)
     faults.extend(Fault(child("parameters", name), '"balance"', "a value") for name in unknowns)
     table, read = as_table(raw.get("mechanism", {}), "mechanism", faults), None
@@ -369,13 +369,13 @@ def placed_in(faults: Iterable[Fault], text: str) -> list[Fault]:
 
     from flywheel.reading import toml_text
 
-    found = list(faults)
-    if all(fault.line is not None for fault in found) or _deepest_key(text) > _DEEPEST_KEY:
-        return found
+    placed = list(faults)
+    if all(fault.line is not None for fault in placed) or _deepest_key(text) > _DEEPEST_KEY:
+        return placed
     try:
-        return toml_text.placed(found, text, tomllib.loads(text))
+        return toml_text.placed(placed, text, tomllib.loads(text))
     except (ValueError, RecursionError, MemoryError):
-        return found
+        return placed
 
 
 def plain_lines(text: str) -> str:
@@ -459,20 +459,20 @@ def _plain(raw: Any, depth: int = 0) -> Any:
         items = {key: _plain(value, depth + 1) for key, value in raw.items()}
         return items if any(items[key] is not value for key, value in raw.items()) else raw
     if isinstance(raw, (list, tuple)):
-        found = [_plain(value, depth + 1) for value in raw]
-        return found if any(one is not other for one, other in zip(found, raw, strict=True)) else raw
+        values = [_plain(value, depth + 1) for value in raw]
+        return values if any(one is not other for one, other in zip(values, raw, strict=True)) else raw
     return quantity_text(raw) if is_quantity(raw) else raw
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """All parts of the scene, one after another; None if a fault prevents its construction."""
-    known = {key.name for key in TOP}
+    names = {key.name for key in TOP}
     for name in raw:
-        if name not in known and name not in SECTIONS:
-            faults.unknown(child("", name), name, (*known, *SECTIONS), "key or table")
+        if name not in names and name not in SECTIONS:
+            faults.unknown(child("", name), name, (*names, *SECTIONS), "key or table")
     if not faults and not any(name in raw for name in MACHINE):
         faults.add("scene", "no machine" if raw else "nothing", "a machine", f"one of {', '.join(MACHINE)} at least")
-    top = read_fields({name: raw[name] for name in known if name in raw}, TOP, "", faults)
+    top = read_fields({name: raw[name] for name in names if name in raw}, TOP, "", faults)
     stroke = read_stroke(raw, faults)
     train = _shafts(raw.get("shafts"), raw.get("drive"), stroke, faults)
     shafts = train.speeds
@@ -539,7 +539,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     )
     if any(is_recorded(quantity.value) for quantity in faults.quantities.values()):
         return scene  # whose numbers stand for those of many designs
-    quantities = (of_quantity(found, path) for path, found in faults.quantities.items())
+    quantities = (of_quantity(quantity, path) for path, quantity in faults.quantities.items())
     return replace(scene, remarks=(*of_texts(raw), *chain.from_iterable(quantities), *of_scene(scene)))
 
 
@@ -609,8 +609,8 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
         _check_crank(table, fields, path, faults)
         return
     on = fields["on"] if isinstance(fields["on"], str) else "crank"
-    known = (1.0 if ratio is None else ratio, 1.0 if efficiency is None else efficiency, slip or 0.0, drag or 0.0)
-    shafts.transmissions[name] = Transmission(on, *known)
+    values = (1.0 if ratio is None else ratio, 1.0 if efficiency is None else efficiency, slip or 0.0, drag or 0.0)
+    shafts.transmissions[name] = Transmission(on, *values)
     if stiffness is not None:
         shafts.compliances[name] = Compliance(stiffness, damping or 0.0)
     elif damping is not None and "stiffness" not in table:
@@ -785,15 +785,15 @@ def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
         return None
     names = {"material": "name", "allowable_stress": "allowable"}  # of arguments, where keys are called otherwise
     own = {names.get(key.name, key.name): item.fields[key.name] for key in MATERIAL_KEYS if key.name in written}
-    given = {name: item.fields[name] for name in written if name not in (key.name for key in MATERIAL_KEYS)}
+    fields = {name: item.fields[name] for name in written if name not in (key.name for key in MATERIAL_KEYS)}
     try:
         requirements = WheelAsked(
-            **{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": item.path}
+            **{"method": EXACT, "at": GREATEST, **fields, "material": material(**own), "path": item.path}
         )
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
-    wrong = asked_faults(requirements)
+    wrong = request_faults(requirements)
     item.faults.extend(wrong)
     return None if wrong else requirements
 

@@ -126,8 +126,8 @@ def fit_window(table: Table, window: Window, every: float, path: str, faults: Fa
     shift = every * math.floor((float(table.angle[-1]) + slack - end) / every)
     first, last = start + shift, end + shift
     if span > every or float(table.angle[0]) > first + slack:
-        wanted = f"{_angle(start)} to {_angle(end)} (its load's window), or {_angle(every)} in all"
-        faults.add(path, _spans(table), wanted, _in_degrees(span, every))
+        expected = f"{_angle(start)} to {_angle(end)} (its load's window), or {_angle(every)} in all"
+        faults.add(path, _spans(table), expected, _in_degrees(span, every))
         return None
     near_first, near_last = abs(table.angle[0] - first) <= slack, abs(table.angle[-1] - last) <= slack
     table = _moved_ends(table, first if near_first else None, last if near_last else None)
@@ -466,6 +466,6 @@ def fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
         if np.all(np.diff(angle) > 0):
             return output._replace(law=replace(law, angle=angle, value=value))
     defect = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
-    wanted = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
-    faults.add(f"{path}.{output.name}", defect, wanted)
+    expected = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
+    faults.add(f"{path}.{output.name}", defect, expected)
     return output

@@ -78,32 +78,32 @@ def _heading(path: Path) -> str:
 # -- changes -------------------------------------------------------------------------------------------------------------
 
 
-def with_value(found: Outline, path: Path, written: str) -> Outline:
+def with_value(before: Outline, path: Path, written: str) -> Outline:
     r"""The text with another value (as TOML writes it) of a key that is there, or with a key or table that is not.
 
     >>> print(with_value(outline("[regime]\nspeed = 1 # of the crank\n"), ("regime", "speed"), '"60 rpm"').text.rstrip())
     [regime]
     speed = "60 rpm" # of the crank
     """
-    if (value := found.values.get(path)) is not None:
-        text = f"{found.text[: value.start]}{written}{found.text[value.stop :]}"
-    elif _has(found.mapping, path):
+    if (value := before.values.get(path)) is not None:
+        text = f"{before.text[: value.start]}{written}{before.text[value.stop :]}"
+    elif _has(before.mapping, path):
         raise EditError("a table that stands in several places")
     else:
-        text = _added(found, path, written)
+        text = _added(before, path, written)
     changed = outline(text)
-    wanted = tomllib.loads(f"value = {written}")["value"]
-    kept = _leaves(found.mapping, path)
+    new_value = tomllib.loads(f"value = {written}")["value"]
+    kept = _leaves(before.mapping, path)
     if (
-        changed.troubles > found.troubles
-        or repr(value_at(changed.mapping, path)) != repr(wanted)
+        changed.troubles > before.troubles
+        or repr(value_at(changed.mapping, path)) != repr(new_value)
         or _leaves(changed.mapping, path) != kept
     ):
         raise EditError("a place where that cannot be written")
     return changed
 
 
-def without(found: Outline, path: Path) -> Outline:
+def without(before: Outline, path: Path) -> Outline:
     r"""The text without a key, a table or an item of a list, and without the comments right above a table's heading.
 
     >>> text = "[regime]\nspeed = 1\n\n# Weight.\n[gravity]\ng = 9.8\n\n[drive]\ntorque = 1\n"
@@ -114,16 +114,16 @@ def without(found: Outline, path: Path) -> Outline:
     [drive]
     torque = 1
     """
-    inline = _inline(found, path)
-    text = _without_inline(found, inline, path) if inline else _without_lines(found, path)
+    inline = _inline(before, path)
+    text = _without_inline(before, inline, path) if inline else _without_lines(before, path)
     changed = outline(text)
-    kept = _leaves(found.mapping, path)
+    kept = _leaves(before.mapping, path)
     if isinstance(path[-1], int):  # items behind it move up
-        several = [len(value_at(which.mapping, path[:-1]) or ()) for which in (found, changed)]
-        good = several[1] == several[0] - 1 and _leaves(changed.mapping, path[:-1]) == _leaves(found.mapping, path[:-1])
+        several = [len(value_at(which.mapping, path[:-1]) or ()) for which in (before, changed)]
+        good = several[1] == several[0] - 1 and _leaves(changed.mapping, path[:-1]) == _leaves(before.mapping, path[:-1])
     else:
         good = not _has(changed.mapping, path) and _leaves(changed.mapping, path) == kept
-    if changed.troubles > found.troubles or not good:
+    if changed.troubles > before.troubles or not good:
         raise EditError("a place from which that cannot be taken")
     return changed
 
@@ -159,64 +159,68 @@ def _leaves(value: Any, leave: Path, path: Path = ()) -> dict[Path, Any]:
 # -- where something is added ----------------------------------------------------------------------------------------------
 
 
-def _added(found: Outline, path: Path, written: str) -> str:
+def _added(outline: Outline, path: Path, written: str) -> str:
     """The text with a new key or table: beside similar ones, else below the heading of its table."""
     for k in range(len(path) - 1, -1, -1):
         above, rest = path[:k], path[k:]
-        if above in found.values:
-            return _added_inline(found, found.values[above], rest, written)
-        headed = len(rest) > 1 and any(block.path[: k + 1] == path[: k + 1] for block in found.blocks)
+        if above in outline.values:
+            return _added_inline(outline, outline.values[above], rest, written)
+        headed = len(rest) > 1 and any(block.path[: k + 1] == path[: k + 1] for block in outline.blocks)
         if headed or written.startswith("{"):  # a table gets a heading of its own
             break
         if any(isinstance(part, int) for part in rest):
             continue
-        if k and (table := _statements(found, above)):
-            return _line(found, table[-1].stop, found.blocks[table[-1].block].path, path, written)
-        blocks = [i for i, block in enumerate(found.blocks) if block.path == above]
+        if k and (table := _statements(outline, above)):
+            return _line(outline, table[-1].stop, outline.blocks[table[-1].block].path, path, written)
+        blocks = [i for i, block in enumerate(outline.blocks) if block.path == above]
         if blocks and (k or len(path) == 1):
-            return _below_heading(found, blocks[-1], path, written)
-    return _with_table(found, path, written)
+            return _below_heading(outline, blocks[-1], path, written)
+    return _with_table(outline, path, written)
 
 
-def _statements(found: Outline, path: Path) -> list[Value]:
+def _statements(outline: Outline, path: Path) -> list[Value]:
     """The lines of a path and everything below it, written with dots below another heading."""
     below = [
         value
-        for at, value in found.values.items()
-        if value.statement and at[: len(path)] == path and len(found.blocks[value.block].path) < len(path)
+        for at, value in outline.values.items()
+        if value.statement and at[: len(path)] == path and len(outline.blocks[value.block].path) < len(path)
     ]
     return sorted(below, key=lambda value: value.at)
 
 
-def _line(found: Outline, stop: int, block: Path, path: Path, written: str) -> str:
+def _line(outline: Outline, stop: int, block: Path, path: Path, written: str) -> str:
     """The text with a new line behind the one in which a value ends."""
-    end = _line_end(found.text, stop)
-    return f"{found.text[:end]}\n{_dotted(path[len(block) :])} = {written}{found.text[end:]}"
+    end = _line_end(outline.text, stop)
+    return f"{outline.text[:end]}\n{_dotted(path[len(block) :])} = {written}{outline.text[end:]}"
 
 
-def _below_heading(found: Outline, number: int, path: Path, written: str) -> str:
+def _below_heading(outline: Outline, number: int, path: Path, written: str) -> str:
     """The text with a new line behind the last one below a heading."""
-    block = found.blocks[number]
-    own = [value.stop for value in found.values.values() if value.statement and value.block == number]
+    block = outline.blocks[number]
+    own = [value.stop for value in outline.values.values() if value.statement and value.block == number]
     if own or block.path:
-        return _line(found, max(own, default=block.stop), block.path, path, written)
+        return _line(outline, max(own, default=block.stop), block.path, path, written)
     line = f"{_dotted(path)} = {written}\n"
-    head = re.match(r"(?:#[^\n]*\n)*(?=\s*\n)", found.text)  # comments at the top are those of the whole scene
+    head = re.match(r"(?:#[^\n]*\n)*(?=\s*\n)", outline.text)  # comments at the top are those of the whole scene
     at = head.end() if head else 0
-    return f"{found.text[:at]}{line}{found.text[at:]}" if at else f"{line}{'' if not found.text else chr(10)}{found.text}"
+    return (
+        f"{outline.text[:at]}{line}{outline.text[at:]}"
+        if at
+        else f"{line}{'' if not outline.text else chr(10)}{outline.text}"
+    )
 
 
-def _with_table(found: Outline, path: Path, written: str) -> str:
+def _with_table(outline: Outline, path: Path, written: str) -> str:
     """The text with a new table under its own heading: a key's own where the key is not in one yet."""
     value = tomllib.loads(f"value = {written}")["value"]
     table = path if isinstance(value, dict) or isinstance(path[-1], int) else path[:-1]
     if not table or (isinstance(path[-1], int) and not isinstance(value, dict)):
         raise EditError("a place that has no heading")
     lines = [_heading(table), *(_lines_of(value) if table == path else [f"{key_text(str(path[-1]))} = {written}"])]
-    shared = [_shared(block.path, table) for block in found.blocks]
+    shared = [_shared(block.path, table) for block in outline.blocks]
     last = max(i for i, count in enumerate(shared) if count == max(shared))  # behind what has most of its path in common
-    at = _begin(found, last + 1)
-    before, behind = found.text[:at].rstrip("\n"), found.text[at:].lstrip("\n")
+    at = _begin(outline, last + 1)
+    before, behind = outline.text[:at].rstrip("\n"), outline.text[at:].lstrip("\n")
     return "\n\n".join(filter(None, (before, "\n".join(lines), behind))) + ("" if behind else "\n")
 
 
@@ -236,14 +240,14 @@ def _shared(one: Path, other: Path) -> int:
     return min(len(one), len(other))
 
 
-def _begin(found: Outline, number: int) -> int:
+def _begin(outline: Outline, number: int) -> int:
     """Beginning of a heading with the comments right above it; the end of the text without one."""
-    if number >= len(found.blocks):
-        return len(found.text)
-    at = found.text.rfind("\n", 0, found.blocks[number].at) + 1
+    if number >= len(outline.blocks):
+        return len(outline.text)
+    at = outline.text.rfind("\n", 0, outline.blocks[number].at) + 1
     while at:
-        above = found.text.rfind("\n", 0, at - 1) + 1
-        if not found.text[above:at].lstrip().startswith("#"):
+        above = outline.text.rfind("\n", 0, at - 1) + 1
+        if not outline.text[above:at].lstrip().startswith("#"):
             break
         at = above
     return at
@@ -254,10 +258,10 @@ def _line_end(text: str, at: int) -> int:
     return len(text) if end < 0 else end
 
 
-def _added_inline(found: Outline, value: Value, rest: Path, written: str) -> str:
+def _added_inline(outline: Outline, value: Value, rest: Path, written: str) -> str:
     """The text with one more item in a list, or one more key in a table between braces."""
-    inner = found.text[value.start + 1 : value.stop - 1]
-    mark = found.text[value.start : value.start + 1]
+    inner = outline.text[value.start + 1 : value.stop - 1]
+    mark = outline.text[value.start : value.start + 1]
     if (mark == "[") != isinstance(rest[0], int) or mark not in "[{" or not all(isinstance(p, str) for p in rest[1:]):
         raise EditError("a place that takes nothing more")
     if mark == "[" and len(rest) > 1:
@@ -265,37 +269,37 @@ def _added_inline(found: Outline, value: Value, rest: Path, written: str) -> str
     item = written if mark == "[" else f"{_dotted(rest)} = {written}"
     at = value.stop - 1
     if mark == "[" and "\n" in inner:  # the last line may end with a comma, and with a comment
-        last = max((v.stop for v in found.values.values() if value.start < v.start and v.stop < value.stop), default=None)
+        last = max((v.stop for v in outline.values.values() if value.start < v.start and v.stop < value.stop), default=None)
         if last is None:
-            return f"{found.text[: value.start + 1]}{item}{found.text[value.start + 1 :]}"
-        return f"{found.text[:last]}, {item}{found.text[last:]}"
+            return f"{outline.text[: value.start + 1]}{item}{outline.text[value.start + 1 :]}"
+        return f"{outline.text[:last]}, {item}{outline.text[last:]}"
     stripped = inner.rstrip()
     gap = inner[len(stripped) :]
     joint = "" if not stripped.strip() else " " if stripped.endswith(",") else ", "
     lead = " " if not stripped.strip() and gap else ""
-    return f"{found.text[: at - len(gap)]}{joint}{lead}{item}{gap}{found.text[at:]}"
+    return f"{outline.text[: at - len(gap)]}{joint}{lead}{item}{gap}{outline.text[at:]}"
 
 
 # -- what is taken away --------------------------------------------------------------------------------------------------
 
 
-def _inline(found: Outline, path: Path) -> Path:
+def _inline(outline: Outline, path: Path) -> Path:
     """The list or table between brackets in which a path stands; None where it has separate lines."""
     for k in range(len(path) - 1, 0, -1):
-        if path[:k] in found.values:
+        if path[:k] in outline.values:
             return path[:k]
     return ()
 
 
-def _without_inline(found: Outline, inline: Path, path: Path) -> str:
+def _without_inline(before: Outline, inline: Path, path: Path) -> str:
     """The text without a path and everything below it, between brackets."""
-    inside = found.values[inline]
-    while taken := _first(found, path):
-        value = found.values[taken]
+    inside = before.values[inline]
+    while taken := _first(before, path):
+        value = before.values[taken]
         siblings = sorted(
             (v.at, v.stop)
-            for p, v in found.values.items()
-            if not v.statement and inside.start < v.at and v.stop < inside.stop and _within(p, inline, found)
+            for p, v in before.values.items()
+            if not v.statement and inside.start < v.at and v.stop < inside.stop and _within(p, inline, before)
         )
         k = siblings.index((value.at, value.stop))
         if k + 1 < len(siblings):
@@ -304,35 +308,35 @@ def _without_inline(found: Outline, inline: Path, path: Path) -> str:
             begin, end = siblings[k - 1][1], value.stop
         else:
             begin, end = value.at, value.stop
-        text = f"{found.text[:begin]}{found.text[end:]}"
+        text = f"{before.text[:begin]}{before.text[end:]}"
         if isinstance(taken[-1], int) or taken == path:
             return text
-        found = outline(text)
-        if found.troubles or inline not in found.values:
+        before = outline(text)
+        if before.troubles or inline not in before.values:
             raise EditError("a place from which that cannot be taken")
-        inside = found.values[inline]
-    return found.text
+        inside = before.values[inline]
+    return before.text
 
 
-def _within(path: Path, inline: Path, found: Outline) -> bool:
+def _within(path: Path, inline: Path, outline: Outline) -> bool:
     """Tests whether a value belongs to a list or table directly, not to one nested in it."""
-    return path[: len(inline)] == inline and not any(path[:k] in found.values for k in range(len(inline) + 1, len(path)))
+    return path[: len(inline)] == inline and not any(path[:k] in outline.values for k in range(len(inline) + 1, len(path)))
 
 
-def _first(found: Outline, path: Path) -> Path | None:
+def _first(outline: Outline, path: Path) -> Path | None:
     """The first value at a path or below it."""
-    return min((p for p in found.values if p[: len(path)] == path), key=len, default=None)
+    return min((p for p in outline.values if p[: len(path)] == path), key=len, default=None)
 
 
-def _without_lines(found: Outline, path: Path) -> str:
+def _without_lines(outline: Outline, path: Path) -> str:
     """The text without the headings and lines of a path and everything below it."""
-    gone = [i for i, block in enumerate(found.blocks) if block.path[: len(path)] == path]
-    cuts = [(_begin(found, i), _begin(found, i + 1)) for i in gone]
-    for at, value in found.values.items():
+    gone = [i for i, block in enumerate(outline.blocks) if block.path[: len(path)] == path]
+    cuts = [(_begin(outline, i), _begin(outline, i + 1)) for i in gone]
+    for at, value in outline.values.items():
         if value.statement and at[: len(path)] == path and value.block not in gone:
-            start = found.text.rfind("\n", 0, value.at) + 1
-            cuts.append((start, min(_line_end(found.text, value.stop) + 1, len(found.text))))
-    text = found.text
+            start = outline.text.rfind("\n", 0, value.at) + 1
+            cuts.append((start, min(_line_end(outline.text, value.stop) + 1, len(outline.text))))
+    text = outline.text
     for begin, end in sorted(cuts, reverse=True):
         text = text[:begin] + text[end:]
-    return f"{text.rstrip()}\n" if cuts and max(cuts)[1] == len(found.text) and text.strip() else text
+    return f"{text.rstrip()}\n" if cuts and max(cuts)[1] == len(outline.text) and text.strip() else text

@@ -55,10 +55,10 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 class _Trouble(Exception):
     """Reason why a text is no TOML, and where."""
 
-    def __init__(self, at: int, found: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
-        self.at, self.found, self.expected, self.advice = at, found, expected, advice
+    def __init__(self, at: int, defect: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
+        self.at, self.found, self.expected, self.advice = at, defect, expected, advice
         self.resume = resume  # where scanning continues: None behind this line
-        super().__init__(found)
+        super().__init__(defect)
 
 
 class Index(NamedTuple):
@@ -105,11 +105,11 @@ def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
         return None
     if troubles or set(scanner.lines) != set(_paths(mapping, ())):
         return None
-    shown: dict[Path, str] = {(): ""}
+    texts: dict[Path, str] = {(): ""}
     for path in sorted(scanner.lines, key=len):
-        shown[path] = _joined_path(shown[path[:-1]], path[-1])
-    many = Counter(shown.values())
-    paths = {text: path for path, text in shown.items() if path and many[text] == 1}
+        texts[path] = _joined_path(texts[path[:-1]], path[-1])
+    many = Counter(texts.values())
+    paths = {text: path for path, text in texts.items() if path and many[text] == 1}
     lines = {text: scanner.lines[path] for text, path in paths.items()}
     return Index(lines, paths, frozenset(scanner.headings))
 
@@ -194,25 +194,25 @@ def outline(text: str) -> Outline:
         troubles = 0 if readable else troubles
     except (ValueError, RecursionError):
         mapping, troubles = _readable(scanner), max(troubles, 1)
-    shown: dict[Path, str] = {(): ""}
+    texts: dict[Path, str] = {(): ""}
     for path in sorted(scanner.lines, key=len):
-        shown[path] = _joined_path(shown.get(path[:-1], ""), path[-1])
-    places = {name: path for path, name in shown.items() if path}
+        texts[path] = _joined_path(texts.get(path[:-1], ""), path[-1])
+    places = {name: path for path, name in texts.items() if path}
     return Outline(text, mapping, scanner.pairs, tuple(scanner.blocks), scanner.lines, places, troubles)
 
 
 def _readable(scanner: _Scanner) -> dict[str, Any]:
     """The tables and values that can be read in a text that is no TOML."""
     mapping: dict[str, Any] = {}
-    given: list[tuple[Path, Any]] = [(block.path, {}) for block in scanner.blocks[1:]]
+    blocks: list[tuple[Path, Any]] = [(block.path, {}) for block in scanner.blocks[1:]]
     for path, value in scanner.pairs.items():
         if value.statement and value.good:
             with suppress(ValueError, RecursionError):
-                given.append((path, tomllib.loads(f"value = {scanner.text[value.start : value.stop]}")["value"]))
-    for path, found in given:
+                blocks.append((path, tomllib.loads(f"value = {scanner.text[value.start : value.stop]}")["value"]))
+    for path, table in blocks:
         place: Any = mapping
         for part, after in zip(path, (*path[1:], None), strict=True):
-            fresh: Any = found if after is None else [] if isinstance(after, int) else {}
+            fresh: Any = table if after is None else [] if isinstance(after, int) else {}
             if isinstance(place, list) and isinstance(part, int):
                 if part >= len(place):
                     place.append(fresh)
@@ -294,9 +294,9 @@ class _Scanner:
         name, first, keyed = heading.strip("[] \t"), self.tables.get(path), self.values.get(path) or self.dotted.get(path)
         if many and (first or keyed) and path not in self.counts:
             if first:
-                known, self.prefix, self.again = path in self.repeated, path, True
+                repeated, self.prefix, self.again = path in self.repeated, path, True
                 self.repeated.add(path)
-                if known:
+                if repeated:
                     return match.end()
             taken, advice = self.values.get(path) or first or keyed, "write it in one way only"
             advice = f"line {taken} has it as one table; {f'write {heading} there as well' if first else advice}"
@@ -304,9 +304,9 @@ class _Scanner:
         if not many and path in self.counts:
             raise _Trouble(at, heading, f"[[{name}]]", f"write [[{name}]], as in line {self.lines[path]}")
         if not many and first:
-            known, self.prefix, self.again = path in self.repeated, path, True
+            repeated, self.prefix, self.again = path in self.repeated, path, True
             self.repeated.add(path)
-            if known:
+            if repeated:
                 return match.end()
             expected, advice = "each table once", f"put its keys below {heading} in line {first}"
             if name in _ARRAYS:
@@ -350,10 +350,10 @@ class _Scanner:
         start = self._skip(equals + 1, _GAP)
         if self.again and path in self.values:
             return self._value(start, path, key if ending else "")
-        for known in (self.values, self.tables, self.dotted):
-            if path in known:
-                defect = f"{key} a second time" if known is self.values else f"{key} as a value"
-                advice = f"it stands in line {known[path]} already: keep one of the two"
+        for register in (self.values, self.tables, self.dotted):
+            if path in register:
+                defect = f"{key} a second time" if register is self.values else f"{key} as a value"
+                advice = f"it stands in line {register[path]} already: keep one of the two"
                 raise _Trouble(at, defect, f"one {key}", advice)
         if path in self.counts:
             raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
@@ -618,48 +618,50 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     return _bare_trouble(at, key, text)
 
 
-def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
+def _bare_trouble(at: int, key: str, remedy: str) -> _Trouble:
     """The fault of a value without quotes that is no number."""
-    if _is_value(plain := told.lstrip("=: ")):
-        return _Trouble(at, f"{told[: len(told) - len(plain)].strip()} after =", "one =", _written(key, (plain,)))
-    if told.lower() in _TRUTHS:
-        return _Trouble(at, told, "true or false, in small letters", _written(key, (_TRUTHS[told.lower()],)))
-    if "\\" in told and told[:1] not in "\"'":
-        return _Trouble(at, f"{_glimpse(told)} without quotes", "a text in quotes", _written(key, (f"'{told}'",)))
-    if match := re.match(r"([+-]?[1-9]\d{0,2}(?:,\d{3})+)(?![\d,])", told):
-        rest, whole = told[match.end() :], match[1].replace(",", "")
+    if _is_value(plain := remedy.lstrip("=: ")):
+        return _Trouble(at, f"{remedy[: len(remedy) - len(plain)].strip()} after =", "one =", _written(key, (plain,)))
+    if remedy.lower() in _TRUTHS:
+        return _Trouble(at, remedy, "true or false, in small letters", _written(key, (_TRUTHS[remedy.lower()],)))
+    if "\\" in remedy and remedy[:1] not in "\"'":
+        return _Trouble(at, f"{_glimpse(remedy)} without quotes", "a text in quotes", _written(key, (f"'{remedy}'",)))
+    if match := re.match(r"([+-]?[1-9]\d{0,2}(?:,\d{3})+)(?![\d,])", remedy):
+        rest, whole = remedy[match.end() :], match[1].replace(",", "")
         advice = _written(key, (whole + rest, *_quoted(whole + rest))) if rest[:1] != "." else ""
         comma = f"{match[1].replace(',', '.', 1).rstrip('0')}0" if match[1].count(",") == 1 else ""
         advice += f", or {comma} if the comma is a decimal one" if advice and comma else ""
-        return _Trouble(at, f"{_glimpse(told)}, with a comma", "a number without commas", advice)
-    point = re.sub(r"^([+-]?\d{1,3}(?:\.\d{3})*),(\d+)(?!\d|,)", lambda m: f"{m[1].replace('.', '')}.{m[2]}", told)
+        return _Trouble(at, f"{_glimpse(remedy)}, with a comma", "a number without commas", advice)
+    point = re.sub(r"^([+-]?\d{1,3}(?:\.\d{3})*),(\d+)(?!\d|,)", lambda m: f"{m[1].replace('.', '')}.{m[2]}", remedy)
     point = re.sub(r"^([+-]?\d+),(\d+)(?!\d|,)", r"\1.\2", point)
-    if point != told:
+    if point != remedy:
         return _Trouble(
-            at, f"{_glimpse(told)}, with a decimal comma", "a decimal point", _written(key, (point, *_quoted(point)))
+            at, f"{_glimpse(remedy)}, with a decimal comma", "a decimal point", _written(key, (point, *_quoted(point)))
         )
-    if re.fullmatch(_NUMBER, told):
-        plain = re.sub(r"^([+-]?)0*(?=\d)", r"\1", re.sub(r"^([+-]?)\.", r"\g<1>0.", told))
+    if re.fullmatch(_NUMBER, remedy):
+        plain = re.sub(r"^([+-]?)0*(?=\d)", r"\1", re.sub(r"^([+-]?)\.", r"\g<1>0.", remedy))
         plain = re.sub(r"\.(?!\d)", ".0", plain)
-        return _Trouble(at, told, "a digit on either side of the point, and no zeros in front", _written(key, (plain,)))
-    if match := re.match(r"[+-]?\d{1,3}(?:[ '’]\d{3})+(?!\d)", told):
-        plain = re.sub(r"[ '’]", "", match[0]) + told[match.end() :]
-        return _Trouble(at, told, "a number without blanks", _written(key, (plain, *_quoted(plain))))
-    if (match := re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})", told)) and float(match[2]):
+        return _Trouble(at, remedy, "a digit on either side of the point, and no zeros in front", _written(key, (plain,)))
+    if match := re.match(r"[+-]?\d{1,3}(?:[ '’]\d{3})+(?!\d)", remedy):
+        plain = re.sub(r"[ '’]", "", match[0]) + remedy[match.end() :]
+        return _Trouble(at, remedy, "a number without blanks", _written(key, (plain, *_quoted(plain))))
+    if (match := re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})", remedy)) and float(match[2]):
         value = f"{float(match[1]) / float(match[2]):.10g}"
-        return _Trouble(at, f"{told}, a division", "a number", _written(key, (value,)))
-    if re.fullmatch(rf"[\[(]?\s*{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+\s*[\])]?", told):
-        numbers = ", ".join(re.findall(_NUMBER, told))
-        found = (
-            f"{_glimpse(told)}, a list without [ and ]" if key else f"{_glimpse(told)}, with separators other than commas"
+        return _Trouble(at, f"{remedy}, a division", "a number", _written(key, (value,)))
+    if re.fullmatch(rf"[\[(]?\s*{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+\s*[\])]?", remedy):
+        numbers = ", ".join(re.findall(_NUMBER, remedy))
+        defect = (
+            f"{_glimpse(remedy)}, a list without [ and ]"
+            if key
+            else f"{_glimpse(remedy)}, with separators other than commas"
         )
         advice = _written(key, (f"[{numbers}]",)) if key else f"write {numbers}"
-        return _Trouble(at, found, "a list such as [0, 90]", advice)
-    if told.lower() in ("none", "null", "nil", "nada", "-", "?"):
-        return _Trouble(at, told, _A_VALUE, "leave the line out where there is no value")
-    plain = told.strip("\"'") if told.count('"') + told.count("'") == 1 else told
-    found = f"{_glimpse(told)} without {'quotes' if plain == told else 'one of its quotes'}"
-    return _Trouble(at, found, _A_VALUE, _written(key, _quoted(plain)) or "put it in quotes")
+        return _Trouble(at, defect, "a list such as [0, 90]", advice)
+    if remedy.lower() in ("none", "null", "nil", "nada", "-", "?"):
+        return _Trouble(at, remedy, _A_VALUE, "leave the line out where there is no value")
+    plain = remedy.strip("\"'") if remedy.count('"') + remedy.count("'") == 1 else remedy
+    defect = f"{_glimpse(remedy)} without {'quotes' if plain == remedy else 'one of its quotes'}"
+    return _Trouble(at, defect, _A_VALUE, _written(key, _quoted(plain)) or "put it in quotes")
 
 
 def _text_trouble(at: int, key: str, text: str, is_open: bool) -> _Trouble:
@@ -674,9 +676,9 @@ def _text_trouble(at: int, key: str, text: str, is_open: bool) -> _Trouble:
     if not is_open:
         return _Trouble(at, _glimpse(text), "a text of printable characters on one line")
     inner = _without_comment(text)[1:].rstrip().rstrip("".join(map(chr, _CURLY))).rstrip("\"'")
-    found = f"{_glimpse(text)} without its closing quote"
+    defect = f"{_glimpse(text)} without its closing quote"
     advice = _written(key, (f"{text[0]}{inner}{text[0]}",)) if key else ""
-    return _Trouble(at, found, f"a text between two {text[0]} on one line", advice or f"put {text[0]} at its end")
+    return _Trouble(at, defect, f"a text between two {text[0]} on one line", advice or f"put {text[0]} at its end")
 
 
 def _item_trouble(at: int, rest: str) -> _Trouble:
@@ -759,11 +761,11 @@ def _heading_trouble(at: int, line: str) -> _Trouble:
     many = len(match[1]) > 1 or len(match[3]) > 1
     many = many and not (name in SECTIONS and not SECTIONS[name].array)
     proper = f"[[{name}]]" if many else f"[{name}]"
-    known = bool(_KEY.fullmatch(name))
-    if match[4] and match[3] and known:
+    plain = bool(_KEY.fullmatch(name))
+    if match[4] and match[3] and plain:
         advice = f"write {proper} alone, and what follows on the next line"
         return _Trouble(
             at, f"{_glimpse(match[4])} after {_glimpse(text[: match.start(4)])}", "a heading alone on its line", advice
         )
     expected = "a heading such as [regime] or [[load]]"
-    return _Trouble(at, _glimpse(text), expected, f"write {proper}" if known else "")
+    return _Trouble(at, _glimpse(text), expected, f"write {proper}" if plain else "")

@@ -53,12 +53,12 @@ _STOPS, _RETURNED, _LOST = "stops", "returns", "open"
 @contextmanager
 def _walks(work: float, each: int = 1) -> Iterator[None]:
     """Limits the number of walks of a rotor's graph; a walk of this graph counts as `each`, many positions as more."""
-    known = 0
+    solved = 0
 
     def walked() -> None:
-        nonlocal known
-        spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
-        known = tally.evaluations
+        nonlocal solved
+        spend(each * (1.0 + (tally.evaluations - solved) / _AT_ONCE))
+        solved = tally.evaluations
 
     with limited(work), counted(walked) as tally:
         yield
@@ -139,8 +139,8 @@ class Branch:
         """
         near = self.nearest(inertia) if near is None else near
         # A motion from a neighbour, or by the most direct methods: both fail quickly.
-        machine, wanted = self.machine, Demand(inertia, None, self.mean)
-        search = partial(periodic_motion.own_motion, machine, self.speed, wanted, 0.0, self.unknown, rtol, directly=True)
+        machine, demand = self.machine, Demand(inertia, None, self.mean)
+        search = partial(periodic_motion.own_motion, machine, self.speed, demand, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
             search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
         finding = self._stable(inertia, search)
@@ -159,9 +159,9 @@ class Branch:
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
         """A motion by every method, as coarsely as the effort requires."""
-        finding, wanted = Finding(inertia), Demand(inertia, None, self.mean)
+        finding, demand = Finding(inertia), Demand(inertia, None, self.mean)
         for error in dict.fromkeys((rtol, max(rtol, COARSE))):
-            search = partial(periodic_motion.own_motion, self.machine, self.speed, wanted, 0.0, self.unknown, error)
+            search = partial(periodic_motion.own_motion, self.machine, self.speed, demand, 0.0, self.unknown, error)
             finding = self._stable(inertia, search)
             if not isinstance(finding.error, BudgetError):
                 break

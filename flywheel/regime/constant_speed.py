@@ -314,21 +314,21 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
 GIVE_SPEED = 'give a constant speed: --speed "60 rpm" (in Python speed=6.28)'
 
 
-def no_speed(scene: Scene, wanted: str = "at which quantities that depend on speed are taken") -> Fault:
+def no_speed(scene: Scene, purpose: str = "at which quantities that depend on speed are taken") -> Fault:
     """The fault of a scene without the speed (rad/s; m/s of a slide) that a result needs."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     path, example = ("regime" if scene.stroke is None else "stroke"), "0.1 m/s" if sliding else "60 rpm"
     give = GIVE_SPEED.replace("60 rpm", example).replace("6.28", "0.1" if sliding else "6.28")
-    return Fault(f"{path}.speed", "nothing", f'a speed such as "{example}", {wanted}', give)
+    return Fault(f"{path}.speed", "nothing", f'a speed such as "{example}", {purpose}', give)
 
 
-def operating_point_errors(machine: Machine, speed: float | None, *, given: bool = False) -> tuple[float, float]:
+def operating_point_errors(machine: Machine, speed: float | None, *, fixed: bool = False) -> tuple[float, float]:
     """Relative errors of the speed and the unknown of `operating_point`; 0 for those it does not seek.
 
-    given: the speed is given, not computed.
+    fixed: the speed is given, not computed.
     """
     scene = machine.scene
-    if scene.stroke is not None or (scene.unknown is None and (given or not machine.depends_on_speed)):
+    if scene.stroke is not None or (scene.unknown is None and (fixed or not machine.depends_on_speed)):
         return 0.0, 0.0
     if scene.unknown is not None:
         sets = machine.sets_its_speed and speed is not None

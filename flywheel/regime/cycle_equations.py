@@ -592,13 +592,13 @@ class _Equations:
             return 0.5 * slopes.sum(axis=-2, keepdims=True), mean - 1.0 - 0.5 * (at.excess + offsets).sum(-1, keepdims=True)
         eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)[..., None]
         to_square = 2.0 * (1.0 + at.excess)
-        of_square, found = to_square[..., None] * slopes, at.s + to_square * offsets
+        of_square, places = to_square[..., None] * slopes, at.s + to_square * offsets
         ends = eps * np.array([1.0, -1.0]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
         if self.balanced:
-            return of_square, (mean - 1.0) * (mean + 1.0) + mean * mean * ends - found
+            return of_square, (mean - 1.0) * (mean + 1.0) + mean * mean * ends - places
         slow, fast = 1.0 + ends[..., 1:], 1.0 + ends[..., :1]
         row = slow[..., None] * of_square[..., :1, :] - fast[..., None] * of_square[..., 1:, :]
-        return row, 2.0 * eps - slow * found[..., :1] + fast * found[..., 1:]
+        return row, 2.0 * eps - slow * places[..., :1] + fast * places[..., 1:]
 
     def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, Any]:
         """The state after a Newton step, shortened so that the machine keeps turning; its size by the fluctuation of speed.
@@ -742,8 +742,8 @@ class _Equations:
             by_unknown = here.rate.by_unknown
             rows = np.stack((here.rate.moment, by_unknown, np.abs(by_unknown)))
             net, slope, size = cells.integral(rows, half).sum(axis=-1)
-            known = np.abs(slope) > _NO_EFFECT * size
-            state = state._replace(unknown=state.unknown - np.where(known, net / np.where(known, slope, 1.0), 0.0))
+            effective = np.abs(slope) > _NO_EFFECT * size
+            state = state._replace(unknown=state.unknown - np.where(effective, net / np.where(effective, slope, 1.0), 0.0))
             here = self.speeds(state)
         net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
         if not (self.levelled or self.apart is not None):

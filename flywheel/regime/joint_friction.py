@@ -43,12 +43,12 @@ _BALANCE_ERROR = 1e-12
 _MOST_BALANCES = 60
 
 
-def machine_of(given: Machine | Scene, speed: float | None = None) -> Machine:
+def machine_of(source: Machine | Scene, speed: float | None = None) -> Machine:
     """The machine of a scene, or the one given, with the moment of friction in its joints where they have any.
 
     speed: the constant one (rad/s, or m/s) for it, if not the machine's own.
     """
-    machine = given if isinstance(given, Machine) else Machine(given)
+    machine = source if isinstance(source, Machine) else Machine(source)
     return _rough(machine, speed) if machine.scene.rubs and machine.friction is None else machine
 
 
@@ -132,9 +132,9 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
             lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _LEAST_WIDTH * width),
         )
 
-    known = np.array([*machine.mesh, *corners])
-    more = [at for at in bends if np.abs(known - at).min() > _LEAST_WIDTH * width]
-    mesh, values = cells.refined(merged([*known, *more], width), evaluated, 1.0, _MOST_CELLS)
+    edges = np.array([*machine.mesh, *corners])
+    more = [at for at in bends if np.abs(edges - at).min() > _LEAST_WIDTH * width]
+    mesh, values = cells.refined(merged([*edges, *more], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
     off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - moments(_forces(machine, probes, course, balance)))

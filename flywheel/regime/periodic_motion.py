@@ -573,7 +573,7 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
     efficiency) tau' x²/2 J. Two reversals of a mesh with less between them do not count.
     """
     moments, state = solved.moments, solved.state
-    mesh, known = moments.mesh, moments.machine.mesh
+    mesh, edges = moments.mesh, moments.machine.mesh
     deciding = [(values, 0.0) for values in moments.switches(solved.omega)]
     if moments.lossy:
         spreads = [1.0 / eta - eta for part in moments.parts if (eta := part.stage.efficiency) < 1.0]
@@ -589,7 +589,7 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
         slack = np.sqrt(2.0 * rounding / np.maximum(slopes, 1e-300)) if spread else np.zeros_like(slopes)
         angles: list[tuple[float, float]] = []
         for angle, width in zip(crossings.angles(mesh).tolist(), slack.tolist(), strict=True):
-            if np.abs(known - angle).min() <= 1e-9 * mesh.edges[-1]:
+            if np.abs(edges - angle).min() <= 1e-9 * mesh.edges[-1]:
                 continue
             if angles and angle - angles[-1][0] < min(width, angles[-1][1]):
                 angles.pop()
@@ -761,6 +761,6 @@ def error_of_speeds(motion: OwnMotion) -> float:
 def error_of_cuts(motion: OwnMotion) -> float:
     """Error (rad) of the angles of extreme speed at which cells are cut by the motion itself."""
     moments, run = motion.solved.moments, motion.run
-    angles, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
-    cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - known).min(axis=1) > 1e-9 * known[-1])
-    return max(_SWITCH_MOVE * float(known[-1]), motion.cuts_error) if cut.any() else 0.0
+    angles, edges = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
+    cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - edges).min(axis=1) > 1e-9 * edges[-1])
+    return max(_SWITCH_MOVE * float(edges[-1]), motion.cuts_error) if cut.any() else 0.0

@@ -88,14 +88,14 @@ def reduce(
 
     """
     machine = machine_of(machine)
-    given = np.asarray(phi, dtype=float)
-    angles = own_coordinate(machine.scene, given)
+    values = np.asarray(phi, dtype=float)
+    angles = own_coordinate(machine.scene, values)
     anchor = machine.anchors(angles)
     once = machine.scene.stroke is not None
     if (balance is None and not once) or (speed is None and machine.depends_on_speed):
         constant, settled = constant_speed.operating_point(machine)
         speed, balance = (constant if speed is None else speed), (settled if balance is None else balance)
-    return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=given if once else angles)
+    return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=values if once else angles)
 
 
 def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: float | None) -> MachineState:
@@ -217,7 +217,7 @@ def spread(figures: Any, others: Sequence[Any]) -> Any:
     return 2 * apart + ROUNDINGS * ROUNDING * np.abs(figures)
 
 
-def own_coordinate(scene: Scene, given: Array) -> Array:
+def own_coordinate(scene: Scene, coordinates: Array) -> Array:
     """The machine's coordinate from 0 to the cycle: angles modulo the cycle; on a stroke the travel from its beginning.
 
     Raises SceneError for coordinates that are not finite, or outside the stroke.
@@ -225,17 +225,17 @@ def own_coordinate(scene: Scene, given: Array) -> Array:
     stroke = scene.stroke
     sliding = stroke is not None and stroke.sliding
     name, what = ("x", "a position") if sliding else ("phi", "an angle")
-    if not np.isfinite(given).all():
+    if not np.isfinite(coordinates).all():
         expected = "positions of the driver in m" if sliding else "crank angles in rad"
         raise SceneError([Fault(name, f"{what} that is not finite", expected)])
     if stroke is None:
-        return given % scene.cycle
+        return coordinates % scene.cycle
     slack = _SLACK * max(abs(stroke.start), abs(stroke.end), stroke.span)
-    outside = (given < stroke.start - slack) | (given > stroke.end + slack)
+    outside = (coordinates < stroke.start - slack) | (coordinates > stroke.end + slack)
     if outside.any():
         ends = f"{told(stroke.start, sliding)} to {told(stroke.end, sliding)}"
-        raise SceneError([Fault(name, told(given[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
-    return np.asarray(np.clip(given - stroke.start, 0.0, stroke.span))
+        raise SceneError([Fault(name, told(coordinates[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
+    return np.asarray(np.clip(coordinates - stroke.start, 0.0, stroke.span))
 
 
 # -- one-way strokes --------------------------------------------------------------------------------------------------

@@ -154,8 +154,8 @@ def spread_of_closing(rate: Rate, mesh: Cells, *, balanced: bool) -> Any:
     if not balanced:
         return np.where((rate.by_speed <= 0.0).all(axis=(-2, -1)), 1.0, 2.0)[()]
     effect, of_sizes = (cells.integral(row, mesh.half).sum(axis=-1) for row in (rate.by_unknown, np.abs(rate.by_unknown)))
-    known = effect != 0.0
-    return spread_of(np.where(known, effect, 1.0), np.where(known, of_sizes, 1.0))[()]
+    effective = effect != 0.0
+    return spread_of(np.where(effective, effect, 1.0), np.where(effective, of_sizes, 1.0))[()]
 
 
 def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: float = 0.0, spread: float = 1.0) -> Cycle:
@@ -568,8 +568,8 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     speeds, places = np.array([[motion.speed_max, motion.speed_min], [motion.angle_speed_max, motion.angle_speed_min]])
     cell, t = along.where(places)
     factors = 0.5 * speeds**2
-    known = sized and motion.inertia > 0.0 and motion.cycle is None
-    loose = None if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
+    closed_form = sized and motion.inertia > 0.0 and motion.cycle is None
+    loose = None if closed_form else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
     half = along.mesh.half.take(cell)
     at_end = np.abs(t) >= _CELL_END - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
     errors = [0.0]

@@ -180,9 +180,9 @@ def refined(
             error = max(error, figures.error / figures.scale, wheels.approximate, wheels.inertia_torque_flywheel)
 
         def coarse(share: float) -> NDArray[np.bool_]:
-            given = np.searchsorted(edges, cycle.mesh.middle[:, 0]) - 1  # where laws switch at a speed, cells have been cut
+            pieces = np.searchsorted(edges, cycle.mesh.middle[:, 0]) - 1  # where laws switch at a speed, cells have been cut
             fine = turning_moment.coarse(cycle, speed * (1 + (eps or 0.0) / 2))(share)
-            return np.asarray(np.bincount(given, weights=fine, minlength=edges.size - 1) > 0)
+            return np.asarray(np.bincount(pieces, weights=fine, minlength=edges.size - 1) > 0)
 
         return (whole, figures, motion), error, coarse
 

@@ -99,8 +99,8 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
         "run": _("Speed and confirmation"),
         "notes": _("Remarks"),
     }
-    known = ("machine", "drive", "run", "train", "limits", "flywheel", "wheel")
-    order = (*known, *(name for name in blocks if name not in (*known, "title", "notes")), "notes")
+    main_blocks = ("machine", "drive", "run", "train", "limits", "flywheel", "wheel")
+    order = (*main_blocks, *(name for name in blocks if name not in (*main_blocks, "title", "notes")), "notes")
     made = {name: _block(block, heads.get(name, "")) for name, block in blocks.items()}
     if "run" in made and "limits" in made:  # one below the other beside the drive, which has more rows
         made["run"] = f'<div class="stack">\n{made["run"]}\n{made.pop("limits")}\n</div>'
@@ -134,8 +134,8 @@ def _rows_of(rows: Iterable[Row], kind: str = "") -> str:
     cells = []
     for row in rows:
         figure = " ".join(filter(None, (row.value, row.unit)))
-        told = f'<span class="figure">{escape(figure)}</span>' if kind else escape(figure)
-        note = ", ".join(filter(None, (told, escape(row.note))))
+        cell_text = f'<span class="figure">{escape(figure)}</span>' if kind else escape(figure)
+        note = ", ".join(filter(None, (cell_text, escape(row.note))))
         cells.append(f'<tr><th scope="row">{escape(row.label)}</th><td>{note}</td></tr>')
     return "<table><tbody>\n" + "\n".join(cells) + "\n</tbody></table>"
 
@@ -145,10 +145,10 @@ def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> 
 
     def line(cells: Iterable[str], first: str) -> str:
         name, *figures = cells
-        told = "".join(f'<{first} class="number">{escape(cell)}</{first}>' for cell in figures)
+        line_cells = "".join(f'<{first} class="number">{escape(cell)}</{first}>' for cell in figures)
         scope = "col" if first == "th" else "row"
         named = f'<th scope="{scope}">{escape(name)}</th>' if name else "<td></td>"
-        return f"<tr>{named}{told}</tr>"
+        return f"<tr>{named}{line_cells}</tr>"
 
     body = "\n".join(line(row, "td") for row in rows)
     table = f"<table>\n<thead>{line(header, 'th')}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
@@ -160,8 +160,8 @@ def _train(flow: PowerFlow, units: TradeUnits) -> str:
     from flywheel.pictures import power_flow as pictures  # which takes long to import
 
     title = _("Power flow of the drive train, mean over the cycle")
-    told = "; ".join(f"{entry.label} {units.read(entry.power, 'power', 4)}" for entry in entries(flow))
-    drawn = inline_svg(pictures.panel(flow), "sheet", title, told)
+    inputs = "; ".join(f"{entry.label} {units.read(entry.power, 'power', 4)}" for entry in entries(flow))
+    drawn = inline_svg(pictures.panel(flow), "sheet", title, inputs)
     table = _table(title, _head(units), _rows(flow, units)) if len(flow.shafts) > 1 else ""
     return f'<section class="wide">\n<h2>{escape(title)}</h2>\n<figure>{drawn}</figure>\n{table}\n</section>'
 
@@ -211,7 +211,7 @@ _MOST_ROWS = 400  # of a scene's table
 
 
 def html(
-    given: Given,
+    source: Given,
     *,
     language: str | None = None,
     units: str = "si",
@@ -221,7 +221,7 @@ def html(
     """The report of a sizing, or of a scene, which is then sized, as one HTML file.
 
     Args:
-        given: a sizing; or a machine or a scene. Without a flywheel, or with a stroke, the report has the steps that apply.
+        source: a sizing; or a machine or a scene. Without a flywheel, or with a stroke, the report has the steps that apply.
         language: "en" or "es"; the language in use if None.
         units: "si", or "us": results in US customary units beside.
         printed: a printed solution to be set beside ours, as `flywheel.report.solutions.solution` reads it.
@@ -235,25 +235,27 @@ def html(
     if units not in ("si", "us"):
         raise ValueError(f"found the units {units!r}, expected si or us")
     with nullcontext() if language is None else languages.use(language):
-        return documents.html(worked(given, customary=units == "us", printed=printed, cover_sheet=cover_sheet))
+        return documents.html(worked(source, customary=units == "us", printed=printed, cover_sheet=cover_sheet))
 
 
-def worked(given: Given, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False) -> Document:
+def worked(
+    source: Given, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False
+) -> Document:
     """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
-    scene = given if isinstance(given, Scene) else given.scene
-    found = given if isinstance(given, Sizing | SingleStroke) else sized(given)
-    sizing = found if isinstance(found, Sizing) else None
+    scene = source if isinstance(source, Scene) else source.scene
+    result = source if isinstance(source, Sizing | SingleStroke) else sized(source)
+    sizing = result if isinstance(result, Sizing) else None
     alone = cover_sheet and sizing is not None
-    parts = () if alone else tuple(_parts(scene, sizing, given, printed))
+    parts = () if alone else tuple(_parts(scene, sizing, source, printed))
     title = " ".join((scene.title or _("Machine")).split())
     first = "" if sizing is None else sheet(sizing, customary)
     return Document(title, _subtitle(scene, sizing, alone), parts, customary, first, STYLE if first else "")
 
 
-def sized(given: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
+def sized(source: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
     """The sizing of a machine, or the machine itself if the data for a flywheel are missing."""
-    scene = given if isinstance(given, Scene) else given.scene
-    return given if _missing(scene) else size(given, rtol, accuracy=accuracy)
+    scene = source if isinstance(source, Scene) else source.scene
+    return source if _missing(scene) else size(source, rtol, accuracy=accuracy)
 
 
 def _missing(scene: Scene) -> str:
@@ -307,12 +309,12 @@ def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
         return _("Cover sheet, crank at {speed}", speed=speed)
     on = place(sizing.flywheel.on, article=True)
     if scene.inertia is not None:
-        given = quantity(scene.inertia, "kg m²", 5)
-        return _("Worked report: the given flywheel of {given} on {on}, crank at {speed}", given=given, on=on, speed=speed)
+        inertia = quantity(scene.inertia, "kg m²", 5)
+        return _("Worked report: the given flywheel of {given} on {on}, crank at {speed}", given=inertia, on=on, speed=speed)
     if sizing.limits:
         exact = quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
-        told = _("Worked report: the smallest flywheel that keeps its limits, {exact} on {on}", exact=exact, on=on)
-        return told + _(", crank at {speed}", speed=speed)
+        subtitle = _("Worked report: the smallest flywheel that keeps its limits, {exact} on {on}", exact=exact, on=on)
+        return subtitle + _(", crank at {speed}", speed=speed)
     eps = number(scene.irregularity or 0.0)
     if sizing.flywheel.needed is False:
         return _("Worked report: no flywheel is needed for irregularity {eps}, crank at {speed}", eps=eps, speed=speed)
@@ -338,20 +340,20 @@ def _figure_of_stroke(result: SingleStroke) -> Figure:
     return Figure(drawn, _("One stroke over time"), about)
 
 
-def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
+def _parts(scene: Scene, sizing: Sizing | None, source: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
-    if isinstance(given, SingleStroke) or scene.single_stroke is not None:
+    if isinstance(source, SingleStroke) or scene.single_stroke is not None:
         yield _scene(scene, [str(remark) for remark in scene.remarks])
         yield from _mechanisms(None, replace(scene, single_stroke=None))
-        stroke = given if isinstance(given, SingleStroke) else single_stroke(scene)
+        stroke = source if isinstance(source, SingleStroke) else single_stroke(scene)
         yield from drive.sections(stroke, _figure_of_stroke(stroke))
         yield references(None, [scene.source] if scene.source else [])
         return
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
-    known = None if sizing is None else context(sizing)
-    yield from _mechanisms(known, given)
+    sizing_context = None if sizing is None else context(sizing)
+    yield from _mechanisms(sizing_context, source)
     sources = [scene.source] if scene.source else []
-    if sizing is None or known is None:
+    if sizing is None or sizing_context is None:
         why = _("{why} There are therefore no steps of a steady regime.", why=_missing(scene))
         yield Section(_("Omissions"), (Note(why, "left out"),))
         yield references(None, sources)
@@ -376,31 +378,33 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
         check,
     )
     for section in order:
-        if (made := section(known)) is not None:
+        if (made := section(sizing_context)) is not None:
             yield made
     if printed is not None:
         yield solutions.section(sizing, printed)
-    yield accuracy(known, [str(remark) for remark in remarks(sizing)])
-    yield references(known, sources)
+    yield accuracy(sizing_context, [str(remark) for remark in remarks(sizing)])
+    yield references(sizing_context, sources)
 
 
-def _mechanisms(known: Context | None, given: Sizing | Machine | Scene) -> Iterator[Section]:
+def _mechanisms(sizing_context: Context | None, source: Sizing | Machine | Scene) -> Iterator[Section]:
     """Mechanism, bond graph, positions and coefficients, I* and M*: drawn if the steps of the regime do not."""
     try:
         from flywheel.report import mechanisms  # type: ignore[attr-defined, unused-ignore]
     except ImportError:
         return
-    if known is None:
-        yield from mechanisms.sections(given)
+    if sizing_context is None:
+        yield from mechanisms.sections(source)
     else:
-        extremes = tuple(regime.inertia_extremes(known))
-        yield from mechanisms.sections(known.sizing, extremes=extremes, moment_drawn=not known.sizing.areas)
+        extremes = tuple(regime.inertia_extremes(sizing_context))
+        yield from mechanisms.sections(
+            sizing_context.sizing, extremes=extremes, moment_drawn=not sizing_context.sizing.areas
+        )
 
 
 # -- the scene --------------------------------------------------------------------------------------------------------
 
 
-def _scene(scene: Scene, told: list[str]) -> Section:
+def _scene(scene: Scene, lines: list[str]) -> Section:
     """The scene as a table of its values in SI, as text, and remarks on its numbers."""
     parts: list[Part] = []
     rows = [] if scene.document is None else list(_values(scene.document.tables, ""))
@@ -412,7 +416,7 @@ def _scene(scene: Scene, told: list[str]) -> Section:
     if scene.file is not None and scene.file.is_file():
         text = scene.file.read_text("utf-8").strip("\n")
         parts.append(Listing(text, _("The scene as text, {name}", name=scene.file.name)))
-    parts += [Note(_("Remark: {text}", text=text), "remark") for text in told]
+    parts += [Note(_("Remark: {text}", text=text), "remark") for text in lines]
     return Section(_("Scene"), tuple(parts))
 
 
@@ -427,8 +431,8 @@ def _values(value: Any, path: str) -> Iterator[tuple[Cell, ...]]:
         for k, inner in enumerate(value):
             yield from _values(inner, f"{path}[{k}]")
     elif isinstance(value, list | tuple):
-        shown = ", ".join(str(inner) for inner in value[:12]) + (", …" if len(value) > 12 else "")
-        yield path, shown, ""
+        values = ", ".join(str(inner) for inner in value[:12]) + (", …" if len(value) > 12 else "")
+        yield path, values, ""
     else:
         yield path, str(value).lower() if isinstance(value, bool) else str(value), _in_si(value)
 
@@ -443,28 +447,28 @@ def _in_si(value: Any) -> str:
     if parts is None or not parts[1]:
         return ""
     try:
-        unit, found = parse_unit(parts[1], None), parse_quantity(middle, None)
+        unit, si_value = parse_unit(parts[1], None), parse_quantity(middle, None)
     except (QuantityError, SceneError):
         return ""
     for dimension in DIMENSIONS.values():
         if dimension.powers == unit.powers and unit.angle in dimension.angles and dimension.name != "moment of weight":
             si = dimension.si.replace("^2", "²").replace("^3", "³")
-            return quantity(found, si) if si else number(found)
+            return quantity(si_value, si) if si else number(si_value)
     return ""
 
 
 # -- the check --------------------------------------------------------------------------------------------------------
 
 
-def check(known: Context) -> Section | None:
+def check(context: Context) -> Section | None:
     """Section on the motion by an independent method, compared with the requirement."""
-    sizing = known.sizing
-    found = sizing.simulation
-    if found is None or found.speed_max is None or found.speed_min is None:
+    sizing = context.sizing
+    motion = sizing.simulation
+    if motion is None or motion.speed_max is None or motion.speed_min is None:
         return None
-    if found.route == "areas":
+    if motion.route == "areas":
         return None
-    told = {
+    comparison = {
         "time": _(
             "One cycle was stepped in time from the equation of motion, by a method that shares only I* and M* with the "
             "steps above and restarts at every switch of a law; root finding gives the extremes of its speed."
@@ -477,10 +481,10 @@ def check(known: Context) -> Section | None:
             _("Equation of motion of the machine with its flywheel"),
             "(J + I_star)*derivative(omega, t) + omega**2/2*derivative(I_star, phi) = M_star",
         ),
-        Note(told.get(found.route, told["quadrature"])),
+        Note(comparison.get(motion.route, comparison["quadrature"])),
     ]
-    high = Quantity("omega_max_sim", found.speed_max, "rad/s", 8)
-    low = Quantity("omega_min_sim", found.speed_min, "rad/s", 8)
+    high = Quantity("omega_max_sim", motion.speed_max, "rad/s", 8)
+    low = Quantity("omega_min_sim", motion.speed_min, "rad/s", 8)
     rows = (
         (_("greatest speed"), Formula(high.symbol), high),
         (_("least speed"), Formula(low.symbol), low),
@@ -491,7 +495,7 @@ def check(known: Context) -> Section | None:
             _("Irregularity found"),
             "epsilon_sim = 2*(omega_max_sim - omega_min_sim)/(omega_max_sim + omega_min_sim)",
             (high, low),
-            Quantity("epsilon_sim", found.irregularity),
+            Quantity("epsilon_sim", motion.irregularity),
         )
     )
     error = sizing.error.simulation
@@ -505,31 +509,31 @@ def check(known: Context) -> Section | None:
         parts.append(
             Table(_("Limits by both methods"), (_("limit"), _("along the motion above"), _("by this route")), compared)
         )
-    elif known.eps is not None and sizing.flywheel.needed and not sizing.limits:
-        off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
+    elif context.eps is not None and sizing.flywheel.needed and not sizing.limits:
+        off, allowed = abs(motion.irregularity / context.eps - 1.0), number(context.eps)
         if off <= ROUNDING:
-            told_off = _("{asked} is required; the two methods agree within rounding.", asked=allowed)
+            verdict = _("{asked} is required; the two methods agree within rounding.", asked=allowed)
         else:
             share = number(off, 2)
-            told_off = _("{asked} is required; the two methods differ by {share} of it.", asked=allowed, share=share)
-        parts.append(Note(told_off))
+            verdict = _("{asked} is required; the two methods differ by {share} of it.", asked=allowed, share=share)
+        parts.append(Note(verdict))
     if error is not None:
         parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
-    if found.closure is not None and abs(found.closure) <= ROUNDING:
+    if motion.closure is not None and abs(motion.closure) <= ROUNDING:
         parts.append(Note(_("The speed at the end of the cycle is that at its start, within rounding.")))
-    elif found.closure is not None:
-        left = number(abs(found.closure), 2)
+    elif motion.closure is not None:
+        left = number(abs(motion.closure), 2)
         parts.append(
             Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
         )
     return Section(_("Check by an independent method"), tuple(parts))
 
 
-def accuracy(known: Context, remarks: Iterable[str]) -> Section:
+def accuracy(context: Context, remarks: Iterable[str]) -> Section:
     """Section on approximations and their errors: approximate flywheels, estimated errors, omissions."""
-    sizing, wheel = known.sizing, known.sizing.flywheel
+    sizing, wheel = context.sizing, context.sizing.flywheel
     parts: list[Part] = []
-    if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
+    if context.eps is not None and wheel.exact is not None and context.scene.areas is None and wheel.exact > 0.0:
         names = {
             "exact": _("exact (Wittenbauer)"),
             "approximate": _("accumulated areas"),
@@ -542,7 +546,7 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
             rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
         head = (_("figure"), _("inertia, kg m²"), _("difference from the exact one, %"), _("resulting irregularity"))
         parts.append(Table(_("Error of each figure, and the irregularity with it"), head, tuple(rows)))
-        parts += _bounds(known)
+        parts += _bounds(context)
     titles = {
         "exact": _("exact flywheel"),
         "approximate": _("flywheel by the areas"),
@@ -551,12 +555,12 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
         "simulation": _("irregularity of the check"),
     }
     errors = {title: getattr(sizing.error, key) for key, title in titles.items()}
-    shown = tuple((title, Quantity("", error, "", 2)) for title, error in errors.items() if error is not None)
-    if shown:
-        parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
+    errors_with_words = tuple((title, Quantity("", error, "", 2)) for title, error in errors.items() if error is not None)
+    if errors_with_words:
+        parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), errors_with_words))
     reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
-    asked_for = _("The relative error required is {rtol}.", rtol=number(sizing.rtol, 2))
-    parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
+    requirement = _("The relative error required is {rtol}.", rtol=number(sizing.rtol, 2))
+    parts.append(Note(f"{requirement} {reached}", "" if sizing.reached else "remark"))
     parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
     if sizing.left_out:
         parts.append(
@@ -580,9 +584,9 @@ def accuracy(known: Context, remarks: Iterable[str]) -> Section:
     return Section(_("What is approximate, and by how much"), tuple(parts))
 
 
-def _bounds(known: Context) -> Iterator[Part]:
+def _bounds(context: Context) -> Iterator[Part]:
     """The proven bounds of the exact flywheel."""
-    wheel = known.sizing.flywheel
+    wheel = context.sizing.flywheel
     if wheel.proven_bounds is None or wheel.proven_bounds_torque is None:
         return
     rows = tuple(
@@ -596,7 +600,7 @@ def _bounds(known: Context) -> Iterator[Part]:
     yield Table(_("Proven bounds of the exact flywheel, whatever I* does between its extremes"), head, rows)
 
 
-def references(known: Context | None, sources: Iterable[str]) -> Section:
+def references(context: Context | None, sources: Iterable[str]) -> Section:
     """Sources of the methods and of the scene."""
     items = [
         *sources,
@@ -606,7 +610,7 @@ def references(known: Context | None, sources: Iterable[str]) -> Section:
             "R. C. Rosenberg, System Dynamics: bond graphs."
         ),
     ]
-    if known is not None and known.sizing.built is not None:
+    if context is not None and context.sizing.built is not None:
         items.append(_("S. Timoshenko, Strength of Materials, part II: rotating discs, and rims on spokes."))
     return Section(_("References"), (Items(tuple(items)),))
 
@@ -650,8 +654,8 @@ def browsers() -> Iterator[str]:
     if named := os.environ.get(_CHOICE):
         yield named
     for name in _NAMES:
-        if found := shutil.which(name):
-            yield found
+        if path := shutil.which(name):
+            yield path
     yield from (place for place in _PLACES if Path(place).is_file())
 
 
@@ -662,13 +666,13 @@ def browser() -> str:
         PrintError: if there is none.
 
     """
-    found = next(browsers(), None)
-    if found is None:
+    path = next(browsers(), None)
+    if path is None:
         raise PrintError(
             "a PDF needs a browser: none of chromium, chrome, edge, brave was found; install one, name it in "
             f"{_CHOICE}, or write .html and print that"
         )
-    return found
+    return path
 
 
 def pdf(text: str) -> bytes:
@@ -710,7 +714,7 @@ def pdf(text: str) -> bytes:
 
 
 def write(
-    given: Given,
+    source: Given,
     path: str | Path,
     *,
     language: str | None = None,
@@ -722,7 +726,7 @@ def write(
     """Writes a report into a file, HTML or PDF by its ending, completely or not at all.
 
     Args:
-        given: as in `html`, as are language, units and printed.
+        source: as in `html`, as are language, units and printed.
         path: ends in .html, .htm or .pdf. A file there is replaced only if it is of that kind.
         language: "en" or "es"; the language in use if None.
         units: "si" or "us".
@@ -740,7 +744,7 @@ def write(
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .html, .htm or .pdf")
-    written = html(given, language=language, units=units, printed=printed, cover_sheet=cover_sheet)
+    written = html(source, language=language, units=units, printed=printed, cover_sheet=cover_sheet)
     if kind != ".pdf":
         write_text(path, written, inputs)
         return

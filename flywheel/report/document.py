@@ -164,15 +164,15 @@ def agrees(step: Step, numbers: Sequence[Quantity]) -> bool:
     result = step.result
     assert result is not None
     try:
-        found = formulas.value(step.formula, {number.symbol: number.shown for number in numbers})
+        value = formulas.value(step.formula, {number.symbol: number.shown for number in numbers})
     except (ArithmeticError, ValueError):
         return False
-    if result._replace(value=found).written == result.written:
+    if result._replace(value=value).written == result.written:
         return True
     exact = result.value / formulas.factor(result.unit)  # it may stand in the middle between two shown numbers
-    shown, off = float(result.written), found / formulas.factor(result.unit)
+    written_value, off = float(result.written), value / formulas.factor(result.unit)
     most = max(numbers, key=lambda number: number.digits).digits
-    return most >= MOST_DIGITS and abs(off - exact) <= 1e-9 * max(abs(exact), abs(shown), 1e-300)
+    return most >= MOST_DIGITS and abs(off - exact) <= 1e-9 * max(abs(exact), abs(written_value), 1e-300)
 
 
 def steps(parts: Iterable[Part]) -> Iterator[Step]:
@@ -186,7 +186,7 @@ def steps(parts: Iterable[Part]) -> Iterator[Step]:
 
 def untraced(document: Document) -> list[str]:
     """Numbers of unknown origin, which no earlier step or table has, as `step: symbol`."""
-    known: set[str] = set()
+    origins: set[str] = set()
     missing: list[str] = []
 
     def walk(parts: Iterable[Part]) -> None:
@@ -195,11 +195,11 @@ def untraced(document: Document) -> list[str]:
                 case Section():
                     walk(part.parts)
                 case Step():
-                    missing.extend(f"{part.what}: {n.symbol}" for n in part.numbers if n.symbol not in known)
-                    known.update(part.definitions, [part.result.symbol] if part.result else [])
+                    missing.extend(f"{part.what}: {n.symbol}" for n in part.numbers if n.symbol not in origins)
+                    origins.update(part.definitions, [part.result.symbol] if part.result else [])
                 case Table():
-                    missing.extend(f"{part.caption}: {n.symbol}" for n in part.numbers if n.symbol not in known)
-                    known.update(cell.symbol for row in part.rows for cell in row if isinstance(cell, Quantity))
+                    missing.extend(f"{part.caption}: {n.symbol}" for n in part.numbers if n.symbol not in origins)
+                    origins.update(cell.symbol for row in part.rows for cell in row if isinstance(cell, Quantity))
 
     walk(document.parts)
     return missing
@@ -376,8 +376,8 @@ class _Writer:
         row = [_line(formulas.mathml(step.formula), "formula")] if step.formula else []
         numbers = substitution(step)
         if numbers:
-            shown = formulas.mathml(step.formula, {number.symbol: number for number in numbers})
-            row.append(_line(shown, "formula substitution"))
+            formula = formulas.mathml(step.formula, {number.symbol: number for number in numbers})
+            row.append(_line(formula, "formula substitution"))
         if step.result is not None:
             beside = self.in_customary_units(step.result)
             row.append(_line(formulas.equation(step.result) + beside, "formula result"))
@@ -398,19 +398,19 @@ class _Writer:
     def sources(self, numbers: Sequence[Quantity]) -> str:
         """Sources of a step's numbers, with links."""
         named = dict.fromkeys(number.symbol for number in numbers if number.symbol in self.found)
-        told = []
+        lines = []
         for symbol in named:
             place, name = self.found[symbol]
-            told.append(f'{formulas.symbol_element(symbol)} <a href="#{place}">{escape(name)}</a>')
-        return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(told)}</p>' if told else ""
+            lines.append(f'{formulas.symbol_element(symbol)} <a href="#{place}">{escape(name)}</a>')
+        return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(lines)}</p>' if lines else ""
 
     def in_customary_units(self, quantity: Quantity) -> str:
         """A result in US units, after the SI one."""
-        told = customary(quantity) if self.customary else None
-        if told is None:
+        converted = customary(quantity) if self.customary else None
+        if converted is None:
             return ""
-        shown = formulas.number_shown(told)
-        return f' <span class="customary">{formulas.element(f"<mo>(</mo>{shown.math}<mo>)</mo>", shown.text)}</span>'
+        number = formulas.number_shown(converted)
+        return f' <span class="customary">{formulas.element(f"<mo>(</mo>{number.math}<mo>)</mo>", number.text)}</span>'
 
     def table(self, table: Table) -> str:
         """A table with its caption, numbers to the right."""
@@ -423,14 +423,14 @@ class _Writer:
         def cell(value: Cell, k: int) -> str:
             match value:
                 case Quantity():
-                    told = in_cell(value, table.head[k])
+                    cell_text = in_cell(value, table.head[k])
                 case Formula():
-                    told = formulas.mathml(value.text, display=False)
+                    cell_text = formulas.mathml(value.text, display=False)
                 case _:
-                    told = escape(value)
+                    cell_text = escape(value)
             if k == 0 and isinstance(value, str) and value:  # a place in the scene is broken behind its dots
-                return f'<th scope="row">{re.sub("(?<=[a-z])[.]", ".<wbr>", told)}</th>'
-            return f"<td{of_number if numeric[k] else ''}>{told}</td>"
+                return f'<th scope="row">{re.sub("(?<=[a-z])[.]", ".<wbr>", cell_text)}</th>'
+            return f"<td{of_number if numeric[k] else ''}>{cell_text}</td>"
 
         for row in table.rows:
             self.found |= {c.symbol: (place, name) for c in row if isinstance(c, Quantity) and c.symbol}
@@ -449,9 +449,9 @@ class _Writer:
         caption = f"<caption>{escape(_('Table {n}', n=n))}. {escape(table.caption)}</caption>"
         body = f"<table{kind}>\n{caption}\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
         reached = f' tabindex="0" role="group" aria-label="{escape(table.caption)}"'
-        held = f' class="{shape}"' if shape else ""
+        attribute = f' class="{shape}"' if shape else ""
         scrolled = f'<div class="scroll"{reached}>{body}</div>'
-        return f'<div id="{place}"{held}>\n{above}{scrolled}\n{self.sources(table.numbers)}\n</div>'
+        return f'<div id="{place}"{attribute}>\n{above}{scrolled}\n{self.sources(table.numbers)}\n</div>'
 
     def figure(self, figure: Figure) -> str:
         """A picture with its caption, high ones marked."""
@@ -489,11 +489,11 @@ def _shape(table: Table) -> str:
 _SCROLLED = 30  # characters of a formula read out that a telephone may not hold
 
 
-def _line(shown: str, kind: str) -> str:
+def _line(markup: str, kind: str) -> str:
     """A formula in lines of its own; one that may scroll on a narrow screen can be focused by keys."""
-    longest = max(map(len, re.findall(r'alttext="([^"]*)"', shown)), default=0)
+    longest = max(map(len, re.findall(r'alttext="([^"]*)"', markup)), default=0)
     reached = ' tabindex="0"' if longest > _SCROLLED else ""
-    return f'<div class="{kind}"{reached}>{shown}</div>'
+    return f'<div class="{kind}"{reached}>{markup}</div>'
 
 
 def html(document: Document) -> str:
@@ -554,8 +554,8 @@ def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
     inner = re.sub(r"^\s*<title[^>]*>.*?</title>(\s*<desc[^>]*>.*?</desc>)?|<defs>\s*</defs>", "", inner, flags=re.DOTALL)
     inner = inner.strip()
     named = f'role="img" aria-labelledby="{prefix}-title {prefix}-about" viewBox="{view}"'
-    told = f'<title id="{prefix}-title">{escape(title)}</title><desc id="{prefix}-about">{escape(description)}</desc>'
-    return f"<svg {named}>{told}{inner}"
+    labels = f'<title id="{prefix}-title">{escape(title)}</title><desc id="{prefix}-about">{escape(description)}</desc>'
+    return f"<svg {named}>{labels}{inner}"
 
 
 # -- US units ---------------------------------------------------------------------------------------------------------
@@ -649,9 +649,9 @@ class Context:
         machine, cycle = self.sizing.machine, self.cycle
         assert machine is not None
         assert cycle is not None
-        found = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
+        works = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
         least = _NO_WORK * cycle.exchanged  # a weight that comes back does no work
-        return {name: work if abs(work) > least else 0.0 for name, work in found.items()}
+        return {name: work if abs(work) > least else 0.0 for name, work in works.items()}
 
 
 def moments(sizing: Sizing) -> dict[str, Array]:
@@ -664,5 +664,5 @@ def moments(sizing: Sizing) -> dict[str, Array]:
         omega = np.full(mesh.phi.shape, sizing.speed)
         if sizing.run is not None:
             omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi)
-    found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
-    return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
+    parts = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
+    return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in parts.items()}

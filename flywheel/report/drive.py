@@ -27,19 +27,17 @@ from flywheel.tables.sizing import limit_names
 _MOST_POINTS = 30  # of a curve in a table
 
 
-def motor(known: Context) -> Section | None:
+def motor(context: Context) -> Section | None:
     """The motor's torque against its speed, from its name plate."""
-    found = known.scene.motor
-    if found is None:
+    own = context.scene.motor
+    if own is None:
         return None
-    parts = [*_parts(found.facts())]
-    if found.points:
-        rows = tuple(
-            (Quantity("", one.speed, "rpm"), Quantity("", one.torque, "N m")) for one in found.points[:_MOST_POINTS]
-        )
+    parts = [*_parts(own.facts())]
+    if own.points:
+        rows = tuple((Quantity("", one.speed, "rpm"), Quantity("", one.torque, "N m")) for one in own.points[:_MOST_POINTS])
         head = _("speed, rpm"), _("torque, N m")
         parts.append(Table(_("Its torque against its speed, by a table"), head, rows))
-    if (data := found.thermal) is not None:
+    if (data := own.thermal) is not None:
         slow, *winding = data.bodies
         quantities = [(_("rise at the rated point"), Formula("theta_n"), Quantity("theta_n", data.rise, "K"))]
         quantities.append((_("time constant"), Formula("T_1"), Quantity("T_1", slow[1], "s")))
@@ -52,14 +50,14 @@ def motor(known: Context) -> Section | None:
             (_("greatest rise that their class allows"), Formula("theta_g"), Quantity("theta_g", data.limit, "K"))
         )
         parts.append(Table(_("How the windings warm up"), (_("quantity"), _("symbol"), _("value")), tuple(quantities)))
-    if (breakdown := found.breakdown) is not None and found.breakdown_torque is None and not found.keeps_step:
-        told = _(
+    if (breakdown := own.breakdown) is not None and own.breakdown_torque is None and not own.keeps_step:
+        title = _(
             "Below {speed}, where it gives {torque}, its torque falls and it would stall.",
             speed=quantity(breakdown.speed, "rpm"),
             torque=quantity(breakdown.torque, "N m"),
         )
-        parts.append(Note(told, "remark"))
-    return Section(_("The motor: {kind}", kind=message(found.title)), tuple(parts))
+        parts.append(Note(title, "remark"))
+    return Section(_("The motor: {kind}", kind=message(own.title)), tuple(parts))
 
 
 def _parts(facts: Iterable[Fact], remark: str = "") -> Iterator[Part]:
@@ -92,9 +90,9 @@ def _quantity(fact: Fact) -> Quantity:
 # -- power, energy, heat ----------------------------------------------------------------------------------------------
 
 
-def power(known: Context) -> Section | None:
+def power(context: Context) -> Section | None:
     """Power over the time of a cycle, with the flywheel and without one, and the heat of the motor."""
-    sizing, energy = known.sizing, known.sizing.energy
+    sizing, energy = context.sizing, context.sizing.energy
     if energy is None or not with_and_without(sizing):
         return None
     period = Quantity("tau", energy.period, "s")
@@ -125,20 +123,20 @@ def power(known: Context) -> Section | None:
         )
     )
     if energy.mean_power > 0.0 and energy.peak_power > 0.0 and energy.peak_to_mean is not None:
-        told = _("Greatest over mean power with the flywheel")
-        parts.append(Step(told, "q = P_max/P_mean", (peak, mean), Quantity("q", energy.peak_to_mean)))
-    if known.scene.motor is not None:
-        parts += _of_motor(known, mean)
+        title = _("Greatest over mean power with the flywheel")
+        parts.append(Step(title, "q = P_max/P_mean", (peak, mean), Quantity("q", energy.peak_to_mean)))
+    if context.scene.motor is not None:
+        parts += _of_motor(context, mean)
     return Section(_("Power and heat of the drive"), tuple(parts))
 
 
-def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
+def _of_motor(context: Context, mean: Quantity) -> Iterator[Part]:
     """The motor's power compared with its rating, and its heat."""
-    found, energy = known.scene.motor, known.sizing.energy
+    own, energy = context.scene.motor, context.sizing.energy
     assert energy is not None
-    assert found is not None
-    rated = found.rated
-    if rated is not None and not found.governed:
+    assert own is not None
+    rated = own.rated
+    if rated is not None and not own.governed:
         yield Step(
             _("Share of the rated power"),
             "u = P_mean/P_n",
@@ -157,57 +155,57 @@ def _of_motor(known: Context, mean: Quantity) -> Iterator[Part]:
             (Quantity("T_rms", energy.rms_torque, "N m"), Quantity("T_n", rated.torque, "N m")),
             Quantity("u_T", energy.rms_torque / rated.torque),
         )
-    yield from _parts(found.heat_facts(energy), "left out")
-    if known.sizing.servo is not None:
-        yield from _servo(known, known.sizing.servo)
-    if known.sizing.duty is None:
-        yield from _windings(known.sizing.temperature)
+    yield from _parts(own.heat_facts(energy), "left out")
+    if context.sizing.servo is not None:
+        yield from _servo(context, context.sizing.servo)
+    if context.sizing.duty is None:
+        yield from _windings(context.sizing.temperature)
 
 
-def _servo(known: Context, found: ServoLoad) -> Iterator[Part]:
+def _servo(context: Context, load: ServoLoad) -> Iterator[Part]:
     """The rms point and the peak point of a servo drive beside its curves, its ratio of inertias, and its picture."""
-    rms, limit = Quantity("T_rms", found.rms_torque, "N m"), Quantity("C", found.continuous_torque, "N m")
-    speed = quantity(found.mean_speed, "rpm")
+    rms, limit = Quantity("T_rms", load.rms_torque, "N m"), Quantity("C", load.continuous_torque, "N m")
+    speed = quantity(load.mean_speed, "rpm")
     words = _("rms torque over the continuous curve at the mean speed of {speed}", speed=speed)
-    yield Step(words, "u_c = T_rms/C", (rms, limit), Quantity("u_c", found.continuous_share))
+    yield Step(words, "u_c = T_rms/C", (rms, limit), Quantity("u_c", load.continuous_share))
     words = _("Greatest share of the peak curve, at crank angle {angle} and {speed} of the motor",
-              angle=quantity(found.peak_angle, "deg"), speed=quantity(found.peak_speed, "rpm"))  # fmt: skip
-    note = _("The peak curve cuts the torque off: the drive does not hold its set speed.") if found.at_peak else ""
-    yield Step(words, "u_p = greatest(abs(T)/P, t)", (), Quantity("u_p", found.peak_share), note=note)
-    if found.inertia_ratio is not None:
+              angle=quantity(load.peak_angle, "deg"), speed=quantity(load.peak_speed, "rpm"))  # fmt: skip
+    note = _("The peak curve cuts the torque off: the drive does not hold its set speed.") if load.at_peak else ""
+    yield Step(words, "u_p = greatest(abs(T)/P, t)", (), Quantity("u_p", load.peak_share), note=note)
+    if load.inertia_ratio is not None:
         words = _("Inertia ratio: mean inertia of what the rotor moves, at its shaft, over that of the rotor")
-        yield Step(words, "u_J = J_L/J_M", (), Quantity("u_J", found.inertia_ratio))
-    yield known.panel("servo")
+        yield Step(words, "u_J = J_L/J_M", (), Quantity("u_J", load.inertia_ratio))
+    yield context.panel("servo")
 
 
-def _windings(found: Temperature | None) -> Iterator[Part]:
+def _windings(rise: Temperature | None) -> Iterator[Part]:
     """Rise of the windings over their surroundings: at the end of each phase, and the greatest beside its limit."""
-    if found is None:
+    if rise is None:
         return
     words = _("Rise of the windings with losses q over the rated ones, c the share of the cooling")
     yield Note(f"{words}: dθ₁/dt = ((1 − a) θₙ q − c θ₁)/T₁, dθ₂/dt = (a θₙ q − θ₂)/T₂.")
-    if found.phases:
-        rows = tuple((name, Quantity("theta_k", rise, "K")) for name, rise in found.phases)
+    if rise.phases:
+        rows = tuple((name, Quantity("theta_k", rise, "K")) for name, rise in rise.phases)
         yield Table(_("Rise of the windings at the end of each phase"), (_("phase"), _("rise of the windings")), rows)
-    told = _("Greatest rise, after {time} of the cycle or the duty", time=quantity(found.time, "s", 4))
-    limit = quantity(found.limit, "K", 4)
+    title = _("Greatest rise, after {time} of the cycle or the duty", time=quantity(rise.time, "s", 4))
+    limit = quantity(rise.limit, "K", 4)
     verdict = _("Their class allows {limit}.", limit=limit)
-    if not found.within:
+    if not rise.within:
         verdict = _("Their class allows {limit}: too hot.", limit=limit)
     yield Step(
-        told, "theta_max = greatest(theta_1 + theta_2, t)", (), Quantity("theta_max", found.greatest, "K"), note=verdict
+        title, "theta_max = greatest(theta_1 + theta_2, t)", (), Quantity("theta_max", rise.greatest, "K"), note=verdict
     )
-    for name, count in found.starts.items():
+    for name, count in rise.starts.items():
         yield Note(_("At most {count} starts an hour into {phase}.", count=count, phase=name))
 
 
 def _verdict(share: float | None) -> str:
     if share is None or isnan(share):
         return _("Its limit is unknown without a rated point.")
-    shown = quantity(share, "%", 4)
+    value = quantity(share, "%", 4)
     if share > 1.0 + 1e-9:
-        return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=shown)
-    return _("That is {share} of the heat at the rated point.", share=shown)
+        return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=value)
+    return _("That is {share} of the heat at the rated point.", share=value)
 
 
 # -- limits -----------------------------------------------------------------------------------------------------------
@@ -221,9 +219,9 @@ _LIMITS = {  # formulas of the limits
 }
 
 
-def limits(known: Context) -> Section | None:
+def limits(context: Context) -> Section | None:
     """Table of the limits: required and reached values, the flywheel that each alone needs, and the binding one."""
-    sizing = known.sizing
+    sizing = context.sizing
     if not sizing.limits:
         return None
     rows, emphasis = [], []
@@ -237,62 +235,64 @@ def limits(known: Context) -> Section | None:
             emphasis.append(k)
     head = (_("limit"), _("quantity limited"), _("asked"), _("reached"), _("flywheel for it alone"))
     on = place(sizing.flywheel.on, article=True)
-    told = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=on)
-    parts: list[Part] = [Table(told, head, tuple(rows), emphasis=frozenset(emphasis))]
+    title = _("Limits of the flywheel on {shaft}, each along the steady motion with it", shaft=on)
+    parts: list[Part] = [Table(title, head, tuple(rows), emphasis=frozenset(emphasis))]
     if sizing.binding is None:
         parts.append(Note(_("The machine keeps all limits without a flywheel: none binds.")))
     else:
         exact = sizing.flywheel.exact or 0.0
-        shown = quantity(exact, "kg m²")
-        told = _("{limit} binds: the smallest flywheel that keeps all is {exact}.", limit=names[sizing.binding], exact=shown)
-        parts.append(Note(told, "remark"))
-        if known.otherwise:
-            parts += _on_crank(known, exact)
+        value = quantity(exact, "kg m²")
+        title = _(
+            "{limit} binds: the smallest flywheel that keeps all is {exact}.", limit=names[sizing.binding], exact=value
+        )
+        parts.append(Note(title, "remark"))
+        if context.otherwise:
+            parts += _on_crank(context, exact)
     return Section(_("What binds"), tuple(parts))
 
 
-def _on_crank(known: Context, exact: float) -> Iterator[Part]:
+def _on_crank(context: Context, exact: float) -> Iterator[Part]:
     """The flywheel that another limit than the irregularity decides, as one on the crank with the same energy."""
-    told = _("The smallest flywheel that keeps every limit")
+    title = _("The smallest flywheel that keeps every limit")
     how = _("by Newton's method for flywheel, energy level and balance together")
-    if known.ratio == 1.0:
-        yield Step(told, "u_k(J) = u_k0", (), Quantity("J", exact, "kg m²"), how=how)
+    if context.ratio == 1.0:
+        yield Step(title, "u_k(J) = u_k0", (), Quantity("J", exact, "kg m²"), how=how)
         return
     own = Quantity("J_f", exact, "kg m²")
-    yield Step(told, "u_k(J_f) = u_k0", (), own, how=how)
-    same = Quantity("J", exact * known.ratio**2, "kg m²")
-    yield Step(_("On the crank, with the same energy"), "J = J_f*i_f**2", (own, known.at_flywheel), same)
+    yield Step(title, "u_k(J_f) = u_k0", (), own, how=how)
+    same = Quantity("J", exact * context.ratio**2, "kg m²")
+    yield Step(_("On the crank, with the same energy"), "J = J_f*i_f**2", (own, context.at_flywheel), same)
 
 
 # -- a duty -----------------------------------------------------------------------------------------------------------
 
 
-def duty(known: Context) -> Section | None:
+def duty(context: Context) -> Section | None:
     """Section on the duty of the machine with one flywheel, and the motor's load over all of it."""
-    found = known.sizing.duty
-    if found is None:
+    run = context.sizing.duty
+    if run is None:
         return None
     rows = []
-    for row in found.phases:
+    for row in run.phases:
         figures = (Quantity("t_k", row.duration, "s"), *_phase(row))
         rows.append((row.name, *figures))
     head = (_("phase"), _("time"), _("speed"), _("irregularity"), _("mean power"), _("rms torque"), _("heat"))
-    caption = _("Phases of the duty, each in its own steady regime with the flywheel for {phase}", phase=found.governing)
+    caption = _("Phases of the duty, each in its own steady regime with the flywheel for {phase}", phase=run.governing)
     parts: list[Part] = [Table(caption, head, tuple(rows))]
-    cooled = Quantity("t_c", found.cooled, "s")
-    if found.running != found.period:
-        told = _("Time for cooling: c_k is 1 while the motor runs, at rest the share that counts")
-        parts.append(Step(told, "t_c = total(c_k*t_k, k)", (), cooled))
-    if found.rms_torque is not None:
-        told = _("Root of the mean square of the drive's torque over the duty, starts included")
-        result = Quantity("T_rms", found.rms_torque, "N m")
-        parts.append(Step(told, "T_rms = sqrt(total(T_k**2*t_k, k)/t_c)", (), result))
-    if found.heat is not None:
-        told = _("Heat of the motor over the duty, starts included")
-        note = _verdict(found.heat_share)
-        parts.append(Step(told, "Q = total(Q_k*t_k, k)/t_c", (), Quantity("Q", found.heat, "W"), note=note))
-    parts += _windings(known.sizing.temperature)
-    if any(row.change_time is None and not row.rest for row in found.phases) and len(found.phases) > 1:
+    cooled = Quantity("t_c", run.cooled, "s")
+    if run.running != run.period:
+        title = _("Time for cooling: c_k is 1 while the motor runs, at rest the share that counts")
+        parts.append(Step(title, "t_c = total(c_k*t_k, k)", (), cooled))
+    if run.rms_torque is not None:
+        title = _("Root of the mean square of the drive's torque over the duty, starts included")
+        result = Quantity("T_rms", run.rms_torque, "N m")
+        parts.append(Step(title, "T_rms = sqrt(total(T_k**2*t_k, k)/t_c)", (), result))
+    if run.heat is not None:
+        title = _("Heat of the motor over the duty, starts included")
+        note = _verdict(run.heat_share)
+        parts.append(Step(title, "Q = total(Q_k*t_k, k)/t_c", (), Quantity("Q", run.heat, "W"), note=note))
+    parts += _windings(context.sizing.temperature)
+    if any(row.change_time is None and not row.rest for row in run.phases) and len(run.phases) > 1:
         left = _("The transition between the regimes of two phases is neglected where it counts for little.")
         parts.append(Note(left, "left out"))
     return Section(_("The duty"), tuple(parts))
@@ -313,31 +313,31 @@ def _phase(row: PhaseLoad) -> Iterator[Cell]:
 # -- an engine's gas --------------------------------------------------------------------------------------------------
 
 
-def engine(known: Context) -> Section | None:
+def engine(context: Context) -> Section | None:
     """Section on the work of the gas in an engine's cylinders, and the share left for the loads."""
-    found = known.sizing.engine
-    if found is None:
+    load = context.sizing.engine
+    if load is None:
         return None
-    work = Quantity("W_i", found.indicated_work, "J")
+    work = Quantity("W_i", load.indicated_work, "J")
     parts: list[Part] = [
         Step(_("Indicated work of a cycle, of the gas in all cylinders"), "W_i = total(W_k, k)", (), work),
         Step(
             _("Indicated power, at the mean speed"),
             "P_i = W_i*omega/Phi",
-            (work, known.speed, known.turn),
-            Quantity("P_i", found.indicated_power, "W"),
+            (work, context.speed, context.turn),
+            Quantity("P_i", load.indicated_power, "W"),
         ),
     ]
-    if found.swept_volume is not None and found.mean_effective_pressure is not None:
-        volume = Quantity("V_h", found.swept_volume, "m³")
+    if load.swept_volume is not None and load.mean_effective_pressure is not None:
+        volume = Quantity("V_h", load.swept_volume, "m³")
         rows: tuple[tuple[Cell, ...], ...] = ((_("volume swept in a cycle"), Formula("V_h"), volume),)
         parts.append(Table(_("Bore and stroke of the cylinders give"), (_("quantity"), _("symbol"), _("value")), rows))
-        pressure = Quantity("p_i", found.mean_effective_pressure, "bar")
+        pressure = Quantity("p_i", load.mean_effective_pressure, "bar")
         parts.append(Step(_("Mean effective pressure"), "p_i = W_i/V_h", (work, volume), pressure))
-    if found.brake_work is not None and found.mechanical_efficiency is not None:
-        brake = Quantity("W_b", found.brake_work, "J")
+    if load.brake_work is not None and load.mechanical_efficiency is not None:
+        brake = Quantity("W_b", load.brake_work, "J")
         parts.append(Step(_("Work of the loads in a cycle"), "W_b = -total(W_k, k)", (), brake))
-        efficiency = Quantity("eta_m", found.mechanical_efficiency)
+        efficiency = Quantity("eta_m", load.mechanical_efficiency)
         parts.append(Step(_("Mechanical efficiency"), "eta_m = W_b/W_i", (brake, work), efficiency))
     return Section(_("Work of the engine's gas"), tuple(parts))
 
@@ -348,9 +348,9 @@ def engine(known: Context) -> Section | None:
 _ANGLES = 721  # for the greatest power of the loads
 
 
-def train(known: Context) -> Section | None:
+def train(context: Context) -> Section | None:
     """The power flow over a cycle: its picture, the shafts and their meshes, the losses, and their sum."""
-    flow = known.sizing.power_flow
+    flow = context.sizing.power_flow
     if flow is None or not given(flow, entries(flow)) > TIE * flow.scale:
         return None
     parts: list[Part] = [
@@ -382,8 +382,8 @@ def _pictures(flow: PowerFlow) -> Iterator[Part]:
             return pictures.panel(flow, at=angle)
 
         streams = [entry for entry in entries(flow, angle) if entry.stream.kind != "shaft" and entry.power]
-        told = "; ".join(f"{entry.label} {SI.read(entry.power, 'power', 4)}" for entry in streams)
-        yield Figure(drawn, title, f"{told}.")
+        caption = "; ".join(f"{entry.label} {SI.read(entry.power, 'power', 4)}" for entry in streams)
+        yield Figure(drawn, title, f"{caption}.")
 
 
 def _shafts(flow: PowerFlow) -> Table:
@@ -393,10 +393,12 @@ def _shafts(flow: PowerFlow) -> Table:
     for row in reversed(flow.shafts):
         torques = (row.torque_mean, row.torque_greatest, row.torque_rms)
         least = TIE * abs(row.torque_greatest or 0.0)
-        told = ["–" if torque is None else Quantity("", torque if abs(torque) > least else 0.0, "N m") for torque in torques]
+        cells = [
+            "–" if torque is None else Quantity("", torque if abs(torque) > least else 0.0, "N m") for torque in torques
+        ]
         turns = "–" if row.on is None else number(scene.shafts[row.shaft] / scene.shafts[row.on])
         near = "–" if row.on is None else place(row.on)
-        rows.append((place(row.shaft), near, turns, Quantity("", row.speed, "rpm"), *told))
+        rows.append((place(row.shaft), near, turns, Quantity("", row.speed, "rpm"), *cells))
     head = (_("shaft"), _("meshes with"), _("turns for one of that"), _("speed, rpm"))
     return Table(
         _("Shafts: speed (mean of extremes), and torque of their mesh on their own side"),
@@ -435,7 +437,7 @@ def _lossy(flow: PowerFlow) -> list[str]:
 
 def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity, Quantity]) -> Iterator[Step]:
     """The losses of a mesh, each from the power that enters, if power flows one way throughout the cycle."""
-    found = {entry.stream.kind: entry for entry in entries(flow) if entry.stream.name == f"shafts.{name}"}
+    losses = {entry.stream.kind: entry for entry in entries(flow) if entry.stream.name == f"shafts.{name}"}
     efficiency, slip, enters = numbers
     slips = slip.value > 0.0
     of_kind = {
@@ -448,12 +450,12 @@ def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity,
         ),
     }
     for kind, (symbol, share, used, factor) in of_kind.items():
-        if kind not in found:
+        if kind not in losses:
             continue
-        lost = Quantity(symbol, found[kind].stream.mean, "W")
+        lost = Quantity(symbol, losses[kind].stream.mean, "W")
         one_way = abs(lost.value - factor * enters.value) <= TIE * abs(enters.value)
         yield Step(
-            _("Lost: {name}", name=found[kind].label),
+            _("Lost: {name}", name=losses[kind].label),
             f"{symbol} = {share}*P_{k}" if one_way else f"{symbol} = {share}*integral(P_in(t), t, 0, tau)/tau",
             used if one_way else (),
             lost,
@@ -484,8 +486,8 @@ def _balance(flow: PowerFlow) -> Iterator[Part]:
         yield Step(_("All losses together"), f"P_v = {' + '.join(n.symbol for n in symbols)}", tuple(symbols), lost)
         yield Step(_("Input: loads and losses"), "P_e = P_a + P_v", (leaves, lost), enters)
     if flow.efficiency is not None and flow.output > 0.0:
-        told = _("Efficiency of the whole drive train")
-        yield Step(told, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
+        title = _("Efficiency of the whole drive train")
+        yield Step(title, "eta = P_a/P_e", (leaves, enters), Quantity("eta", flow.efficiency))
     if (summary := sentence(flow)) is not None:
         yield Note(f"{summary}.")
 
@@ -525,8 +527,8 @@ def _stroke(result: SingleStroke, picture: Figure) -> Section:
         (_("least speed"), Formula("omega_min"), least),
         (_("period"), Formula("tau"), _of(result, "period", "tau", "s")),
     )
-    told = _("The stroke after which speed and angle are what they were, stepped in time from event to event")
-    table = Table(told, (_("quantity"), _("symbol"), _("value")), rows)
+    title = _("The stroke after which speed and angle are what they were, stepped in time from event to event")
+    table = Table(title, (_("quantity"), _("symbol"), _("value")), rows)
     eps = Step(
         _("Irregularity of the flywheel's shaft"),
         "epsilon = 2*(omega_max - omega_min)/(omega_max + omega_min)",
@@ -585,8 +587,8 @@ def _clutch(result: SingleStroke) -> Section:
             (_("time"), Formula("t_2"), _of(result, "second_slip_time", "t_2", "s")),
             (_("heat"), Formula("Q_2"), _of(result, "second_slip_heat", "Q_2", "J")),
         )
-        told = _("The clutch slips again under the work")
-        parts.append(Table(told, (_("quantity"), _("symbol"), _("value")), rows, emphasis=frozenset({0})))
+        title = _("The clutch slips again under the work")
+        parts.append(Table(title, (_("quantity"), _("symbol"), _("value")), rows, emphasis=frozenset({0})))
     return Section(_("The clutch"), tuple(parts))
 
 
@@ -612,8 +614,8 @@ def _brake(result: SingleStroke) -> Section:
             (_("way that a hand comes in unseen"), Formula("C"), depth),
         )
         parts.append(Table(_("A hand and the stop"), (_("quantity"), _("symbol"), _("value")), rows))
-        told = _("Safety distance (ISO 13855); K and C are the user's")
-        parts.append(Step(told, "S = K*T + C", (speed, time, depth), distance))
+        title = _("Safety distance (ISO 13855); K and C are the user's")
+        parts.append(Step(title, "S = K*T + C", (speed, time, depth), distance))
     return Section(_("The brake"), tuple(parts))
 
 
@@ -638,8 +640,8 @@ def _drive(result: SingleStroke) -> Section:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (names[key], Quantity("W_d" if key == "motor" else "", value, "J")) for key, value in result.energy.items()
     )
-    told = _("What goes in and comes out in a period: every law integrated apart from the stepping")
-    return Section(_("Power and energy"), (Table(told, (_("energy"), _("value")), rows), power, rms))
+    title = _("What goes in and comes out in a period: every law integrated apart from the stepping")
+    return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms))
 
 
 def _loads(result: SingleStroke) -> Section:
@@ -648,8 +650,8 @@ def _loads(result: SingleStroke) -> Section:
     )
     beyond = frozenset(k for k, share in enumerate(result.shares.values()) if share > 1.0)
     parts: list[Part] = [Table(_("Loads over their limits"), (_("load"), _("of its limit")), loads, emphasis=beyond)]
-    parts += [Note(message(told), "remark") for told in trip_messages(result.trips)]
-    parts += [Note(told, "remark") for told in rate_limit(result)]
+    parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]
+    parts += [Note(line, "remark") for line in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []
     for key, value in result.formulas.items():
         symbol, unit = _SYMBOLS[key]

@@ -109,8 +109,8 @@ def factor(unit: str) -> float:
     """
     if not unit:
         return 1.0
-    found = parse_unit(unit, None)
-    return found.numerator / found.denominator
+    unit_factor = parse_unit(unit, None)
+    return unit_factor.numerator / unit_factor.denominator
 
 
 def index(name: str) -> str:
@@ -263,8 +263,8 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
     """
     *heads, last = sides(formula)
     terms: list[_Shown] = []
-    for side, known in [*((head, {}) for head in (heads[:1] if numbers else heads)), (last, numbers or {})]:
-        first, *others = _terms(side, known)
+    for side, numerals in [*((head, {}) for head in (heads[:1] if numbers else heads)), (last, numbers or {})]:
+        first, *others = _terms(side, numerals)
         if len(terms) == 1:  # the first side stands before the first term of the second
             terms = [_Shown(f"{terms[0].math}<mo>=</mo>{first.math}", f"{terms[0].text} = {first.text}"), *others]
         else:
@@ -291,10 +291,12 @@ def _signed(sign: str, term: _Shown) -> _Shown:
 
 def equation(quantity: Quantity) -> str:
     """A symbol and its number as MathML in a line of its own."""
-    shown = number_shown(quantity)
+    numeral = number_shown(quantity)
     if not quantity.symbol:
-        return element(shown.math, shown.text)
-    return element(f"{symbol_math(quantity.symbol)}<mo>=</mo>{shown.math}", f"{symbol_text(quantity.symbol)} = {shown.text}")
+        return element(numeral.math, numeral.text)
+    return element(
+        f"{symbol_math(quantity.symbol)}<mo>=</mo>{numeral.math}", f"{symbol_text(quantity.symbol)} = {numeral.text}"
+    )
 
 
 def element(inner: str, text: str, *, display: bool = True) -> str:
@@ -302,8 +304,8 @@ def element(inner: str, text: str, *, display: bool = True) -> str:
     return _element(_Shown(inner, text), ' display="block"' if display else "")
 
 
-def _element(shown: _Shown, attributes: str) -> str:
-    return f'<math{attributes} alttext="{escape(shown.text)}"><mrow>{shown.math}</mrow></math>'
+def _element(markup: _Shown, attributes: str) -> str:
+    return f'<math{attributes} alttext="{escape(markup.text)}"><mrow>{markup.math}</mrow></math>'
 
 
 def symbol_element(symbol: str) -> str:
@@ -328,28 +330,28 @@ def bare(quantity: Quantity) -> str:
 def _number(english: str) -> _Shown:
     sign, digits = ('<mo form="prefix">−</mo>', english[1:]) if english.startswith("-") else ("", english)
     digits, _, power = digits.partition("e")
-    told = language.number(digits)
-    shown, text = f"{sign}<mn>{told}</mn>", ("−" if sign else "") + told
+    numeral = language.number(digits)
+    markup, text = f"{sign}<mn>{numeral}</mn>", ("−" if sign else "") + numeral
     if power:
         exponent = str(int(power)).replace("-", "−")
-        shown = f"{shown}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
+        markup = f"{markup}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
         text = f"{text}·10{exponent.translate(_RAISED)}"
-    return _Shown(shown, text, _SUM if sign else _PRODUCT if power else _ATOM)
+    return _Shown(markup, text, _SUM if sign else _PRODUCT if power else _ATOM)
 
 
 def _with_unit(number: _Shown, unit: str) -> _Shown:
     if not unit:
         return number
     gap = "" if unit in ("°",) else '<mspace width="0.2em"></mspace>'
-    told = unit if unit in ("°",) else f" {unit}"
+    suffix = unit if unit in ("°",) else f" {unit}"
     binds = min(number.binds, _PRODUCT)
-    return _Shown(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + told, binds)
+    return _Shown(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + suffix, binds)
 
 
-def _bracketed(shown: _Shown, least: int) -> _Shown:
-    if shown.binds >= least:
-        return shown
-    return _Shown(f"<mrow><mo>(</mo>{shown.math}<mo>)</mo></mrow>", f"({shown.text})")
+def _bracketed(markup: _Shown, least: int) -> _Shown:
+    if markup.binds >= least:
+        return markup
+    return _Shown(f"<mrow><mo>(</mo>{markup.math}<mo>)</mo></mrow>", f"({markup.text})")
 
 
 def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
@@ -379,9 +381,9 @@ def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
         case ast.Compare(left=left, ops=ops, comparators=others):
             first, marks = show(left, _SUM), [_RELATIONS.get(type(op), "?") for op in ops]
             parts = [show(other, _SUM) for other in others]
-            shown = first.math + "".join(f"<mo>{escape(m)}</mo>{p.math}" for m, p in zip(marks, parts, strict=True))
+            markup = first.math + "".join(f"<mo>{escape(m)}</mo>{p.math}" for m, p in zip(marks, parts, strict=True))
             text = first.text + "".join(f" {m} {p.text}" for m, p in zip(marks, parts, strict=True))
-            return _Shown(shown, text, _LOOSE)
+            return _Shown(markup, text, _LOOSE)
         case ast.BoolOp(op=op, values=values):
             word = language.text("and") if isinstance(op, ast.And) else language.text("or")
             parts = [show(one, _SUM) for one in values]
@@ -430,12 +432,12 @@ def _piecewise(body: _Shown, test: _Shown, other: _Shown) -> _Shown:
         f"<mtr><mtd>{body.math}</mtd><mtd><mtext>{word}&nbsp;</mtext>{test.math}</mtd></mtr>"
         f"<mtr><mtd>{other.math}</mtd><mtd><mtext>{otherwise}</mtext></mtd></mtr>"
     )
-    shown = f'<mrow><mo fence="true">{{</mo><mtable columnalign="left">{rows}</mtable></mrow>'
-    return _Shown(shown, f"({body.text} {word} {test.text}, {otherwise} {other.text})")
+    markup = f'<mrow><mo fence="true">{{</mo><mtable columnalign="left">{rows}</mtable></mrow>'
+    return _Shown(markup, f"({body.text} {word} {test.text}, {otherwise} {other.text})")
 
 
 def _call(name: str, arguments: list[_Shown]) -> _Shown:
-    shown, texts = [a.math for a in arguments], [a.text for a in arguments]
+    parts, texts = [a.math for a in arguments], [a.text for a in arguments]
     match name, arguments:
         case "integral", [f, x, low, high]:
             f = _bracketed(f, _PRODUCT)
@@ -462,8 +464,8 @@ def _call(name: str, arguments: list[_Shown]) -> _Shown:
             return _Shown(f'<mrow><mo fence="true">|</mo>{x.math}<mo fence="true">|</mo></mrow>', f"|{x.text}|")
         case "exp", [x]:
             return _Shown(f"<msup><mi>e</mi><mrow>{x.math}</mrow></msup>", f"e^({x.text})", _POWER)
-    told = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}.get(name, name)
-    head = f"<mi>{told}</mi>" if name in _FUNCTIONS else symbol_math(name)
-    text = told if name in _FUNCTIONS else symbol_text(name)
-    between = "<mo>,</mo>".join(shown)
+    symbol = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}.get(name, name)
+    head = f"<mi>{symbol}</mi>" if name in _FUNCTIONS else symbol_math(name)
+    text = symbol if name in _FUNCTIONS else symbol_text(name)
+    between = "<mo>,</mo>".join(parts)
     return _Shown(f"{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{between}<mo>)</mo></mrow>", f"{text}({', '.join(texts)})")

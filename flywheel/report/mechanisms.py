@@ -36,7 +36,7 @@ from flywheel.sizing.results import Sizing
 
 
 def sections(
-    given: Sizing | Machine | Scene,
+    source: Sizing | Machine | Scene,
     phi: float | None = None,
     *,
     extremes: tuple[Part, ...] | None = None,
@@ -48,13 +48,13 @@ def sections(
     extremes: the least, mean and greatest I* with its picture, if known; computed here if None.
     moment_drawn: true to draw M* load by load; the turning moment with its areas shows it too.
     """
-    scene = given if isinstance(given, Scene) else given.scene
+    scene = source if isinstance(source, Scene) else source.scene
     if scene.areas is not None:
         return ()
-    machine = given if isinstance(given, Machine) else given.machine if isinstance(given, Sizing) else None
+    machine = source if isinstance(source, Machine) else source.machine if isinstance(source, Sizing) else None
     at = Steps(machine or scene, phi)
-    found = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at, extremes), moment(at, moment_drawn)]
-    return tuple(section for section in found if section.parts)
+    parts = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at, extremes), moment(at, moment_drawn)]
+    return tuple(section for section in parts if section.parts)
 
 
 # -- the mechanism and its data ----------------------------------------------------------------------------------------
@@ -121,12 +121,12 @@ def _given(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
         if symbol is not None:
             rows.append((f"{mechanism.name}.{key}", Formula(symbol), made.values[symbol]._replace(value=value)))
     bodies = mechanism.bodies if mechanism.linkage is None else {}
-    for name, found in bodies.items():
+    for name, quantities in bodies.items():
         for key, head, value, unit in (
-            ("mass", "m", found.mass, "kg"),
-            ("inertia", "J", found.inertia, "kg m²"),
-            ("com", "s", found.com, "m"),
-            ("com_angle", "alpha", found.com_angle, "°"),
+            ("mass", "m", quantities.mass, "kg"),
+            ("inertia", "J", quantities.inertia, "kg m²"),
+            ("com", "s", quantities.com, "m"),
+            ("com_angle", "alpha", quantities.com_angle, "°"),
         ):
             if value:
                 symbol = f"{head}_{index(name)}"
@@ -185,8 +185,8 @@ def _pictures(at: Steps) -> Iterator[Part]:
     from flywheel.pictures import dimensions
 
     for name, svg, listed in dimensions.drawn(at.scene, at.phi):
-        told = _("Drawn at {where}, to scale. {listed}", where=where_text(at, at.phi), listed=listed)
-        yield Figure(svg, _("{name} with its dimensions", name=name), told)
+        caption = _("Drawn at {where}, to scale. {listed}", where=where_text(at, at.phi), listed=listed)
+        yield Figure(svg, _("{name} with its dimensions", name=name), caption)
 
 
 # -- the bond graph ----------------------------------------------------------------------------------------------------
@@ -203,10 +203,10 @@ def _graph(at: Steps) -> Section:
         "ratios. Therefore I* has g² and M* has g."
     )
     alone = [group[0].name for group in at.groups if len(group) > 1]
-    told = _(
+    caption = _(
         "Drawn with {names} alone; equal mechanisms are connected to their shafts in the same way.", names=", ".join(alone)
     )
-    about = _("Half arrows, causal strokes and bond numbers; the table has the ratios.") + (f" {told}" if alone else "")
+    about = _("Half arrows, causal strokes and bond numbers; the table has the ratios.") + (f" {caption}" if alone else "")
     parts: list[Part] = [Note(how), Figure(svg, _("Bond graph of the machine"), about)]
     ratios = list(_ratios(at))
     if ratios:
@@ -283,8 +283,8 @@ def _over_cycle(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
             ]
             columns += [1000.0 * place if line else np.degrees(place), state.gains[junction], state.gain_slopes[junction]]
         rows = rows_of(at, phi, columns)
-        told = _("Over the cycle, with the extreme positions") if at.scene.stroke is None else _("Along the stroke")
-        yield Table(f"{mechanism.name}. {told}", tuple(head), rows)
+        caption = _("Over the cycle, with the extreme positions") if at.scene.stroke is None else _("Along the stroke")
+        yield Table(f"{mechanism.name}. {caption}", tuple(head), rows)
 
 
 def _with_extremes(at: Steps, junctions: Iterable[str]) -> Array:
@@ -296,13 +296,15 @@ def _with_extremes(at: Steps, junctions: Iterable[str]) -> Array:
         else np.linspace(phi[0], phi[-1], 721)
     )
     state = reduce(at.machine, fine, balance=at.balance, speed=at.speed)
-    found: list[float] = []
+    extremes_so_far: list[float] = []
     for junction in junctions:
         signs = np.sign(state.gains[junction])
 
         def gain(q: float, junction: str = junction) -> float:
             return float(reduce(at.machine, [q], balance=at.balance, speed=at.speed).gains[junction][0])
 
-        found += [root(gain, float(fine[k]), float(fine[k + 1])) for k in np.flatnonzero(signs[1:] * signs[:-1] < 0)]
-    every = np.sort(np.concatenate((phi, found)))
+        extremes_so_far += [
+            root(gain, float(fine[k]), float(fine[k + 1])) for k in np.flatnonzero(signs[1:] * signs[:-1] < 0)
+        ]
+    every = np.sort(np.concatenate((phi, extremes_so_far)))
     return every[np.diff(every, prepend=-np.inf) > 1e-7]

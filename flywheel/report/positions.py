@@ -67,7 +67,7 @@ class Sheet:
             what = _("The loop closes:") if k == 0 else _("and")
             self.sections[-1][1].append(Step(what, equation))
 
-    def find(self, of: str, formula: str, unit: str, what: str = "", found: Any = None) -> float:
+    def find(self, of: str, formula: str, unit: str, what: str = "", values: Any = None) -> float:
         """Adds a step: a formula of known values, with the library's own value if there is one.
 
         A derivative needs no words: it is that of the quantity of its symbol.
@@ -82,7 +82,7 @@ class Sheet:
         used = tuple(value for symbol, value in self.values.items() if symbol in formulas.symbols(formula))
         plain = {number.symbol: number.value for number in used}
         own = formulas.value(formula, plain)
-        value = own if found is None else float(found)
+        value = own if values is None else float(values)
         size = max((abs(number.value) for number in used), default=1.0)
         value = 0.0 if abs(value) <= _TERM_ROUNDING * size else value
         self.values[of] = Quantity(of, value, unit)
@@ -100,21 +100,21 @@ class Sheet:
 
     def shown(self) -> tuple[Section, ...]:
         """The parts of the steps under their titles, with their tables before the steps."""
-        found = []
+        all_parts = []
         for title, steps in self.sections:
             parts: list[Part] = [table for where, table in self.tables if where == title]
             parts += steps
             if parts:
-                found.append(Section(title, tuple(parts)))
-        return tuple(found)
+                all_parts.append(Section(title, tuple(parts)))
+        return tuple(all_parts)
 
-    def angle(self, of: str, formula: str, what: str, found: float) -> float:
+    def angle(self, of: str, formula: str, what: str, value: float) -> float:
         """An angle that a formula gives up to whole turns, with the turns that the library counts."""
         plain = {symbol: value.value for symbol, value in self.values.items()}
-        turns = round((found - formulas.value(formula, plain)) / tau)
+        turns = round((value - formulas.value(formula, plain)) / tau)
         if turns:
             formula += f" {'+' if turns > 0 else '-'} {abs(2 * turns)}*pi"
-        return self.find(of, formula, "°", what, found)
+        return self.find(of, formula, "°", what, value)
 
     def moves(self, **symbols: str) -> None:
         """Symbols of the displacements of ports, by their names."""
@@ -288,29 +288,29 @@ class Swing(NamedTuple):
 
     def first(self, function: str, across: str, turned: str) -> list[str]:
         """The first derivative; `across` is the derivative's function, with the sign `turned`."""
-        found = []
+        symbols = []
         if self.rate != "0":
             rate = "" if self.rate == "1" else self.rate
-            found.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", rate))
+            symbols.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", rate))
         if self.slide:
-            found.append(self.sign + self._times(f"{self.slide}_prime", f"{function}({self.angle})"))
-        return found
+            symbols.append(self.sign + self._times(f"{self.slide}_prime", f"{function}({self.angle})"))
+        return symbols
 
     def second(self, function: str, across: str, turned: str) -> list[str]:
         """The second derivative."""
-        found = []
+        symbols = []
         if self.rate != "0":
             rate = "" if self.rate == "1" else f"{self.rate}**2"
-            found.append(_signed(self.sign, "-") + self._times(self.slide, f"{function}({self.angle})", rate))
+            symbols.append(_signed(self.sign, "-") + self._times(self.slide, f"{function}({self.angle})", rate))
             if self.slope != "0":
-                found.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", self.slope))
+                symbols.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", self.slope))
         if self.slide:
-            found.append(self.sign + self._times(f"{self.slide}_second", f"{function}({self.angle})"))
+            symbols.append(self.sign + self._times(f"{self.slide}_second", f"{function}({self.angle})"))
             if self.rate != "0":
                 rate = "" if self.rate == "1" else self.rate
                 sign = _signed(self.sign, turned)
-                found.append(sign + "2*" + self._times(f"{self.slide}_prime", f"{across}({self.angle})", rate))
-        return found
+                symbols.append(sign + "2*" + self._times(f"{self.slide}_prime", f"{across}({self.angle})", rate))
+        return symbols
 
 
 def _signed(one: str, other: str) -> str:
@@ -391,11 +391,11 @@ def _linkage(made: Sheet) -> None:
 
     def swings(coefficients: Any, more: Sequence[tuple[complex, Array]] = ()) -> list[Swing]:
         bases = zip(coefficients, loops.turns, loops.slides, strict=True)
-        found = [
+        swings = [
             (complex(c), w, symbols[k] if k > 0 else made.driver if k == 0 else "") for c, w, k in bases if abs(c) > 1e-13
         ]
-        found += [(c, w, "") for c, w in more if abs(c) > 1e-13]
-        return [arms.swing(c, w, slide, loops.unit) for c, w, slide in found]
+        swings += [(c, w, "") for c, w in more if abs(c) > 1e-13]
+        return [arms.swing(c, w, slide, loops.unit) for c, w, slide in swings]
 
     made.part(_("Loop equations"))
     closed = [swings(closure) for closure in loops.closures]
@@ -443,7 +443,7 @@ def _unknowns(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
     for k, name in enumerate(cycle.solution.equations.loops.names[1:], start=1):
         what, of = name.split(" of ", 1)
         turning = what == "angle"
-        found = made.position.variable(k)
+        quantities = made.position.variable(k)
         along = made.driver == "x"
         units = (
             ("°", *(("1/m", "1/m²") if along else (ONE, ONE)))
@@ -451,15 +451,15 @@ def _unknowns(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
             else ("m", *((ONE, "1/m") if along else ("m", "m")))
         )
         symbol = symbols[k]
-        for end, value, unit in zip(("", "_prime", "_second"), found, units, strict=True):
+        for end, value, unit in zip(("", "_prime", "_second"), quantities, units, strict=True):
             made.give(symbol + end, np.asarray(value), unit)
-        told = _("angle of {name}", name=of) if turning else _("way along {name}", name=of)
-        rows.append((told, Formula(symbol), *(made.values[symbol + end] for end in ("", "_prime", "_second"))))
+        title = _("angle of {name}", name=of) if turning else _("way along {name}", name=of)
+        rows.append((title, Formula(symbol), *(made.values[symbol + end] for end in ("", "_prime", "_second"))))
         made.gains[of], made.slopes[of], made.coordinates[of] = f"{symbol}_prime", f"{symbol}_second", symbol
     if rows:
         head = (_("unknown"), _("symbol"), _("value"), _("g"), _("g′"))
-        told = _("The unknowns of the loops, by Newton-Raphson from the assembly; g and g′ by the linear equations below")
-        made.tables.append((_("Positions"), Table(told, head, tuple(rows))))
+        title = _("The unknowns of the loops, by Newton-Raphson from the assembly; g and g′ by the linear equations below")
+        made.tables.append((_("Positions"), Table(title, head, tuple(rows))))
 
 
 def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
@@ -481,8 +481,8 @@ def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
         )
         rows.append((name, *(Quantity("", float(v) + 0.0) for v in metres[1:]), Quantity("", -float(metres[0]) + 0.0)))
     head = (_("equation"), *(_("× {symbol}′", symbol=symbol_text(s)) for s in symbols[1:]), _("= right side"))
-    told = _("The derivatives of the equations, in SI: linear in the influence coefficients, which solve them")
-    made.tables.append((_("Positions"), Table(told, head, tuple(rows))))
+    title = _("The derivatives of the equations, in SI: linear in the influence coefficients, which solve them")
+    made.tables.append((_("Positions"), Table(title, head, tuple(rows))))
 
 
 def _bodies(made: Sheet, cycle: Cyclic, symbols: Sequence[str], swings: Callable[..., list[Swing]]) -> None:
@@ -510,11 +510,11 @@ def _bodies(made: Sheet, cycle: Cyclic, symbols: Sequence[str], swings: Callable
     for k, link in enumerate(linkage.links, start=1):
         form = loops.angles[k]
         own = complex(*link.com) / loops.unit * complex(np.exp(1j * form.constant))
-        wanted = [axis for axis in "xy" if f"{link.name}.com.{axis}" in made.needed]
-        if link.mass and wanted:
+        axes = [axis for axis in "xy" if f"{link.name}.com.{axis}" in made.needed]
+        if link.mass and axes:
             made.part(_("Centre of mass of {body}", body=link.name))
             arms = swings(loops.origins[k], [(own, form.weights)])
-            for axis in wanted:
+            for axis in axes:
                 of = f"{axis}_G_{index(link.name)}"
                 what = _("Centre of mass of {body}: {axis}", body=link.name, axis=axis)
                 _by_arms(made, arms, axis, of, f"{link.name}.com.{axis}", what)
@@ -569,8 +569,8 @@ def _law(made: Sheet) -> None:
             if isinstance(output.law, Expression):
                 how = _("By its expression, differentiated rule by rule: {text}", text=output.law.shown)
             what = (_("Place of {port}"), _("Influence coefficient g of: {what}"), _("Its derivative g′, of: {what}"))
-            told = what[names.index(end)].format(port=output.name, what=output.name)
-            made.sections[-1][1].append(Step(told, result=made.values[symbol + end], how=how))
+            title = what[names.index(end)].format(port=output.name, what=output.name)
+            made.sections[-1][1].append(Step(title, result=made.values[symbol + end], how=how))
         made.gains[output.name], made.slopes[output.name] = f"{symbol}_prime", f"{symbol}_second"
         made.coordinates[output.name] = symbol
 
@@ -606,8 +606,8 @@ def _derivatives(made: Sheet, law: Expression) -> list[str]:
         return ["", "", ""]
     phi, own = sympy.Symbol("phi"), made.driver
     first = sympy.diff(place, phi)
-    found = [ast.unparse(tree), str(first), str(sympy.diff(first, phi))]
-    return [text if own == "phi" else re.sub(r"\bphi\b", own, text) for text in found]
+    lines = [ast.unparse(tree), str(first), str(sympy.diff(first, phi))]
+    return [text if own == "phi" else re.sub(r"\bphi\b", own, text) for text in lines]
 
 
 def branch_of(node: ast.expr, values: Mapping[str, float]) -> ast.expr:
@@ -617,9 +617,9 @@ def branch_of(node: ast.expr, values: Mapping[str, float]) -> ast.expr:
         def visit_IfExp(self, node: ast.IfExp) -> Any:
             return self.visit(node.body if _holds(node.test, values) else node.orelse)
 
-    found = Decided().visit(node)
-    assert isinstance(found, ast.expr)
-    return found
+    branch = Decided().visit(node)
+    assert isinstance(branch, ast.expr)
+    return branch
 
 
 def _holds(test: ast.expr, values: Mapping[str, float]) -> bool:
@@ -645,6 +645,6 @@ def renamed(node: ast.expr, names: Mapping[str, Quantity]) -> ast.expr:
         def visit_Name(self, node: ast.Name) -> Any:
             return ast.Name(id=names[node.id].symbol if node.id in names else node.id, ctx=ast.Load())
 
-    found = Named().visit(node)
-    assert isinstance(found, ast.expr)
-    return found
+    tree = Named().visit(node)
+    assert isinstance(tree, ast.expr)
+    return tree

@@ -55,8 +55,8 @@ class Steps:
     are taken, None if no load depends on speed; `balance` the value of the scene's unknown.
     """
 
-    def __init__(self, given: Machine | Scene, phi: float | None = None) -> None:
-        self.machine = machine_of(given)
+    def __init__(self, source: Machine | Scene, phi: float | None = None) -> None:
+        self.machine = machine_of(source)
         self.scene = scene = self.machine.scene
         self.sliding = scene.reduction_element == "slide"
         stroke = scene.stroke
@@ -68,12 +68,12 @@ class Steps:
     @cached_property
     def groups(self) -> list[list[Mechanism]]:
         """Mechanisms that differ only in name, shaft and phase: the first of each group is explained."""
-        found: dict[Any, list[Mechanism]] = {}
+        groups: dict[Any, list[Mechanism]] = {}
         for mechanism in self.scene.mechanisms:
             alike = (mechanism.type, str(mechanism.geometry), mechanism.assembly, str(mechanism.bodies))
             key = alike if mechanism.linkage is None and not mechanism.outputs else mechanism.name
-            found.setdefault(key, []).append(mechanism)
-        return list(found.values())
+            groups.setdefault(key, []).append(mechanism)
+        return list(groups.values())
 
     @cached_property
     def sheets(self) -> dict[str, Sheet]:
@@ -83,13 +83,13 @@ class Steps:
     @cached_property
     def elements(self) -> list[Element]:
         """Elements that store, drive or resist, from the machine's bond graph."""
-        graph, found = self.machine.graph, []
+        graph, elements = self.machine.graph, []
         for element in graph.elements.values():
             if element.kind in ("I", "Se", "C", "R") and element.law:
                 bond = graph.bond_of(element.name)
                 junction = bond.tail if bond.head == element.name else bond.head
-                found.append(Element(element.name, element.kind, element.law, junction, element.part or element.name))
-        return found
+                elements.append(Element(element.name, element.kind, element.law, junction, element.part or element.name))
+        return elements
 
     def explained(self, junction: str) -> bool:
         """Tests whether a junction belongs to a shaft, or to a mechanism that is explained."""
@@ -157,8 +157,8 @@ class Steps:
             places = np.unique(np.concatenate((places, np.radians(narrow)))) if narrow else places
         state = reduce(machine, places, balance=self.balance, speed=self.speed)
         score = np.zeros(places.size)
-        shown = ((state.moment_parts, 1.0), (state.inertia_parts, 1.0), (state.gains, 0.25), (state.gain_slopes, 0.25))
-        for parts, weight in shown:
+        series = ((state.moment_parts, 1.0), (state.inertia_parts, 1.0), (state.gains, 0.25), (state.gain_slopes, 0.25))
+        for parts, weight in series:
             for values in parts.values():
                 score += weight * (np.abs(values) > _NO_SHARE * max(float(np.abs(values).max()), 1e-300))
         degrees = np.degrees(places)
@@ -348,8 +348,8 @@ def _inertia_over_cycle(
     head = (head_of(at), *columns, f"{symbol}, {unit}", f"d{symbol}/d{by}, {per}")
     values = (*columns.values(), state.inertia, state.slope)
     rows = rows_of(at, phi, list(values))
-    told = _("Along the stroke") if at.scene.stroke is not None else _("Over the cycle")
-    yield Table(f"{told}: {symbol}, {unit}", head, rows)
+    title = _("Along the stroke") if at.scene.stroke is not None else _("Over the cycle")
+    yield Table(f"{title}: {symbol}, {unit}", head, rows)
     fine = _fine(at)
     every = reduce(at.machine, fine, balance=at.balance, speed=at.speed)
     least, most = float(every.inertia.min()), float(every.inertia.max())
@@ -416,8 +416,8 @@ def _fine(at: Steps) -> Array:
     marks = at.machine.landmarks
     count = max(1440 // max(len(marks) - 1, 1), 8)
     inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(count) / count)
-    found = np.unique(np.concatenate((inner.ravel(), np.linspace(0.0, at.scene.cycle, 1441)[:-1])))
-    return found + at.scene.origin
+    grid = np.unique(np.concatenate((inner.ravel(), np.linspace(0.0, at.scene.cycle, 1441)[:-1])))
+    return grid + at.scene.origin
 
 
 # -- reduced moment ----------------------------------------------------------------------------------------------------
@@ -474,12 +474,12 @@ def _conditions(at: Steps) -> Iterator[Part]:
         yield Note(_("Loads that depend on time are those at t = 0."), "remark")
     lossy = ", ".join(name for name, efficiency in at.scene.efficiencies.items() if efficiency < 1.0)
     if lossy:
-        told = _(
+        title = _(
             "The losses in the meshes of {shafts} depend on accelerations. M* here excludes them; the exact figures "
             "include them.",
             shafts=lossy,
         )
-        yield Note(told, "remark")
+        yield Note(title, "remark")
 
 
 def _name_of(at: Steps, part: str, n: int) -> str:
@@ -586,12 +586,12 @@ def _here(at: Steps, on: str) -> tuple[Here, Here]:
     place, motion = machine.places[on], machine.motion_of(on)
     speed = 0.0 if at.speed is None else at.speed
     gain = float(at.state.gains[place.junction][0]) if place.junction in at.state.gains else 1.0
-    found = []
+    terms = []
     for q in (own, anchor):
         turned = place.rate * q
         rate = place.rate if "." in on else 1.0
-        found.append(Here(turned, motion.position(turned, np, place.rate * anchor), np, rate * speed, gain * speed, 0.0))
-    return found[0], found[1]
+        terms.append(Here(turned, motion.position(turned, np, place.rate * anchor), np, rate * speed, gain * speed, 0.0))
+    return terms[0], terms[1]
 
 
 def _spring(at: Steps, spring: Spring, element: Element, share: Quantity, n: int) -> Iterator[Part]:
@@ -645,26 +645,26 @@ def _model(at: Steps, effort: Effort) -> str:
     if not load.model:
         return ""
     model = message(load.model)
-    told = (
+    words = (
         _("A motor: {model}.", model=model) if load.path == "drive" else _("A load of a known kind, {model}.", model=model)
     )
     kind = at.scene.motor if load.path == "drive" else model_of(load.model)
-    return " ".join(filter(None, (told, "" if kind is None else message(kind.formula))))
+    return " ".join(filter(None, (words, "" if kind is None else message(kind.formula))))
 
 
 def _window(at: Steps, effort: Effort) -> str:
     """Window of a load, and its sense, in words."""
-    load, told = effort.load, []
+    load, rows = effort.load, []
     if load.start is not None and load.end is not None:
         low, high = (position_cell(at, q) for q in (load.start, load.end))
         unit = " mm" if at.sliding else "°"
         made = at.sheets.get(load.on.partition(".")[0])
         own = load.on in at.scene.shafts or (made is not None and made.driver == "phi")
         symbol = "x" if at.sliding else "φ" if own else _("the angle of its mechanism")
-        told.append(_("It acts from {low} to {high} of {symbol}.", low=low + unit, high=high + unit, symbol=symbol))
+        rows.append(_("It acts from {low} to {high} of {symbol}.", low=low + unit, high=high + unit, symbol=symbol))
     if load.sense:
-        told.append(_("It acts while v > 0.") if load.sense > 0 else _("It acts while v < 0."))
-    return " ".join(told)
+        rows.append(_("It acts while v > 0.") if load.sense > 0 else _("It acts while v < 0."))
+    return " ".join(rows)
 
 
 def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:
@@ -720,12 +720,12 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
         tree = ast.parse(text, mode="eval").body
         branch = ast.unparse(renamed(branch_of(tree, values), names))
         whole = ast.unparse(renamed(ast.parse(text, mode="eval").body, names))
-        found = formulas.value(f"{force.symbol} = {branch}", {value.symbol: value.value for value in names.values()})
+        value = formulas.value(f"{force.symbol} = {branch}", {value.symbol: value.value for value in names.values()})
     except (SyntaxError, ValueError, ArithmeticError, KeyError):
         branch = ""
-    if not branch or abs(found - force.value) > 1e-9 * max(abs(found), abs(force.value)):
-        told = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
-        yield Step(name, result=force, how=_("By its expression: {text}", text=told), note=acts)
+    if not branch or abs(value - force.value) > 1e-9 * max(abs(value), abs(force.value)):
+        shortened = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+        yield Step(name, result=force, how=_("By its expression: {text}", text=shortened), note=acts)
         return
     yield from preparation
     used = formulas.symbols(f"{force.symbol} = {branch}")
@@ -741,54 +741,56 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
     here, anchor = _here(at, effort.load.on)
     place_of = effort.place
     steps: list[Part] = []
-    found: dict[str, Quantity] = {}
+    quantities: dict[str, Quantity] = {}
     for name, value in at.scene.parameters.items():
-        found[name] = Quantity(name, value, unit_text(at.scene.units.get(name)))
+        quantities[name] = Quantity(name, value, unit_text(at.scene.units.get(name)))
     if at.scene.unknown not in (None, "drive"):
-        found[str(at.scene.unknown)] = Quantity(str(at.scene.unknown), at.balance)
+        quantities[str(at.scene.unknown)] = Quantity(str(at.scene.unknown), at.balance)
     n = "d" if effort.load.path == "drive" else effort.load.path.strip("load[]")
     if "phi" in law.names:
         middle = float(anchor.q) + place_of.phase
         angle = float(here.q) + place_of.phase - float(effort.turns(middle))
         same = abs(angle - at.phi) < 1e-12 and not at.sliding
-        found["phi"] = Quantity("phi" if same else f"phi_{n}", angle, "rad" if not same else "°")
+        quantities["phi"] = Quantity("phi" if same else f"phi_{n}", angle, "rad" if not same else "°")
         if not same:
-            steps.append(Step(_("Its angle"), result=found["phi"]))
+            steps.append(Step(_("Its angle"), result=quantities["phi"]))
     if "omega" in law.names:
         ratio = place_of.rate if not place_of.shaft else at.scene.shafts.get(effort.load.on, 1.0)
         speed = (at.speed or 0.0) * ratio
-        found["omega"] = Quantity(f"omega_{n}", speed, "rad/s")
-        steps.append(Step(_("The speed of its shaft"), result=found["omega"]))
+        quantities["omega"] = Quantity(f"omega_{n}", speed, "rad/s")
+        steps.append(Step(_("The speed of its shaft"), result=quantities["omega"]))
     if "t" in law.names:
-        found["t"] = Quantity("t", 0.0, "s")
-        steps.append(Step(_("Time"), result=found["t"]))
+        quantities["t"] = Quantity("t", 0.0, "s")
+        steps.append(Step(_("Time"), result=quantities["t"]))
     if "x" in law.names:
-        found["x"] = _displacement(at, effort.load.on)
+        quantities["x"] = _displacement(at, effort.load.on)
     if "v" in law.names:
         _gain, numbers = at.gain(place_of.junction)
         gain = float(at.state.gains[place_of.junction][0]) if place_of.junction in at.state.gains else 1.0
         unit = "m/s" if not place_of.rotating else "rad/s"
         if effort.uses_speed:
-            found["v"] = Quantity(f"v_{n}", gain * (at.speed or 0.0), unit)
-            steps.append(Step(_("The velocity of its place, g times the speed of the driver"), result=found["v"]))
+            quantities["v"] = Quantity(f"v_{n}", gain * (at.speed or 0.0), unit)
+            steps.append(Step(_("The velocity of its place, g times the speed of the driver"), result=quantities["v"]))
         else:  # its sign alone matters, and the driver moves forwards
-            found["v"] = numbers[-1] if numbers else Quantity("v", gain, unit)
+            quantities["v"] = numbers[-1] if numbers else Quantity("v", gain, unit)
             if not numbers:
-                steps.append(Step(_("The driver moves forwards; only the sign of its velocity matters"), result=found["v"]))
-    return found, steps
+                steps.append(
+                    Step(_("The driver moves forwards; only the sign of its velocity matters"), result=quantities["v"])
+                )
+    return quantities, steps
 
 
 def driving(at: Steps) -> list[str]:
     """The loads with positive work in a cycle (or along a stroke): their sum is M_m*, that of the others M_r*."""
     mesh = cells.cells(at.machine.mesh)
     moving = at.speed if at.machine.depends_on_speed or at.machine.depends_on_time else None
-    found = []
+    terms = []
     for part, values in at.machine.reduction.moments(mesh.phi, mesh.anchor, at.balance, speed=moving).items():
         there = values + 0.0 * mesh.phi
         net, size = (float(cells.integral(some, mesh.half).sum()) for some in (there, np.abs(there)))
         if net > _NO_SHARE * size:
-            found.append(part)
-    return found
+            terms.append(part)
+    return terms
 
 
 def _sides(at: Steps, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
@@ -831,13 +833,13 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
         mark = " −" if behind else " +" if before else ""
         rows.append((position_cell(at, float(phi[k])) + mark, *(cell(column, int(k)) for column in columns.values())))
     listed = ", ".join(part_name(at.scene, part) for part in drives) or _("nothing")
-    told = _(
+    title = _(
         "Loads with positive work per cycle count as driving, {letter}ₘ*: {drives}. All others are {letter}ᵣ*, including "
         "weights and springs.",
         letter=letter,
         drives=listed,
     )
-    yield Note(told)
+    yield Note(title)
     caption = _("{symbol} over the cycle; where it jumps both sides: − before, + behind", symbol=symbol)
     yield Table(caption, (head_of(at), *columns), tuple(rows))
     if not drawn:
@@ -860,7 +862,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool
     )
 
 
-def _changes(phi: Array, parts: Sequence[Array], asked: Array) -> Array:
+def _changes(phi: Array, parts: Sequence[Array], angles: Array) -> Array:
     """Mask of the rows to show: the requested ones, and both sides of every jump."""
     sizes = [float(np.abs(part).max()) for part in parts]
 
@@ -872,6 +874,6 @@ def _changes(phi: Array, parts: Sequence[Array], asked: Array) -> Array:
     for k in range(phi.size):
         before, behind = k > 0 and jump[k - 1], k < phi.size - 1 and jump[k]
         last = k == phi.size - 1 or phi[k + 1] != phi[k]
-        near = bool((np.abs(asked - phi[k]) <= 1e-9 * max(abs(float(phi[k])), 1.0)).any())
+        near = bool((np.abs(angles - phi[k]) <= 1e-9 * max(abs(float(phi[k])), 1.0)).any())
         keep[k] = before or behind or (near and last)
     return keep

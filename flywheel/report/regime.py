@@ -33,29 +33,29 @@ ROUNDING = 1e-10
 # -- what is asked ----------------------------------------------------------------------------------------------------
 
 
-def asked(known: Context) -> Section:
+def asked(context: Context) -> Section:
     """The speed, the cycle and the irregularity as symbols, with their direct consequences."""
-    scene, sizing = known.scene, known.sizing
+    scene, sizing = context.scene, context.sizing
     rows: list[tuple[Cell, ...]] = []
     parts: list[Part] = []
     if scene.areas is None:
-        rows.append((_("angle of a cycle, on the crank"), Formula("Phi"), known.turn))
+        rows.append((_("angle of a cycle, on the crank"), Formula("Phi"), context.turn))
     if scene.areas is not None:
         rows.append((_("work for each unit of a measured area, J"), Formula("mu_A"), Quantity("mu_A", scene.areas.scale)))
     if scene.speed is not None:
         rows.append((_("required speed of the crank"), Formula("n"), Quantity("n", scene.speed, "rpm")))
     if scene.irregularity is not None:
-        rows.append((_("irregularity allowed"), Formula("epsilon"), known.epsilon))
+        rows.append((_("irregularity allowed"), Formula("epsilon"), context.epsilon))
     if scene.inertia is not None:
         rows.append(
             (_("flywheel given, on {shaft}", shaft=scene.flywheel_on), Formula("J"), Quantity("J", scene.inertia, "kg m²"))
         )
-    if known.ratio != 1.0:
-        told = _("turns of the flywheel's shaft {shaft} for one of the crank", shaft=scene.flywheel_on)
-        rows.append((told, Formula("i_f"), known.at_flywheel))
+    if context.ratio != 1.0:
+        title = _("turns of the flywheel's shaft {shaft} for one of the crank", shaft=scene.flywheel_on)
+        rows.append((title, Formula("i_f"), context.at_flywheel))
     if scene.drive is not None and scene.shafts[scene.drive.on] != 1.0:
-        told = _("turns of the drive's shaft {shaft} for one of the crank", shaft=scene.drive.on)
-        rows.append((told, Formula("i_d"), Quantity("i_d", scene.shafts[scene.drive.on])))
+        title = _("turns of the drive's shaft {shaft} for one of the crank", shaft=scene.drive.on)
+        rows.append((title, Formula("i_d"), Quantity("i_d", scene.shafts[scene.drive.on])))
     head = (_("quantity"), _("symbol"), _("value"))
     parts.append(Table(_("Requirements"), head, tuple(rows)))
     if scene.speed is not None and (sizing.cyclic is None or scene.unknown is not None):
@@ -64,7 +64,7 @@ def asked(known: Context) -> Section:
                 _("Mean speed of the crank, the mean of the greatest and the least"),
                 "omega = 2*pi*n/60",
                 (Quantity("n", scene.speed * 30 / math.pi, ""),),
-                known.speed,
+                context.speed,
             )
         )
     elif sizing.cyclic is not None:
@@ -73,7 +73,7 @@ def asked(known: Context) -> Section:
                 _("Mean speed of the machine's own motion: the mean of its greatest and least speed"),
                 "omega = (omega_max + omega_min)/2",
                 (),
-                known.speed,
+                context.speed,
                 how=_("from the periodic motion below, in which the work of a cycle is zero"),
             )
         )
@@ -83,9 +83,9 @@ def asked(known: Context) -> Section:
 # -- balance of the cycle ---------------------------------------------------------------------------------------------
 
 
-def balance(known: Context) -> Section | None:
+def balance(context: Context) -> Section | None:
     """The work of every load over the cycle, and the unknown that makes the sum zero."""
-    sizing, scene, cycle = known.sizing, known.scene, known.cycle
+    sizing, scene, cycle = context.sizing, context.scene, context.cycle
     if cycle is None:
         return None
     parts: list[Part] = [
@@ -95,37 +95,37 @@ def balance(known: Context) -> Section | None:
             definitions=("W_k",),
         )
     ]
-    others = {name: work for name, work in known.works.items() if name != "drive"}
+    others = {name: work for name, work in context.works.items() if name != "drive"}
     named = {name: Quantity(f"W_{k}", work, "J") for k, (name, work) in enumerate(others.items(), 1)}
     rows: list[tuple[Cell, ...]] = [(part_name(scene, name), Formula(work.symbol), work) for name, work in named.items()]
     lost = _mesh_losses(sizing, len(named))
     rows += [(_("lost: {name}", name=name), Formula(work.symbol), work) for name, work in lost]
     if rows:
-        told = _("Work of all loads but the drive over a cycle, the integral of their share of the moment")
-        parts.append(Table(told, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
-    drive, found = scene.drive, sizing.balance
-    if found is not None and found.name == "drive" and drive is not None:
-        parts += _drive_balance(known, [*named.values(), *(work for _name, work in lost)], lossy=bool(lost))
+        title = _("Work of all loads but the drive over a cycle, the integral of their share of the moment")
+        parts.append(Table(title, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
+    drive, solved = scene.drive, sizing.balance
+    if solved is not None and solved.name == "drive" and drive is not None:
+        parts += _drive_balance(context, [*named.values(), *(work for _name, work in lost)], lossy=bool(lost))
     else:
-        if found is not None:
-            parts += _parameter_balance(known)
+        if solved is not None:
+            parts += _parameter_balance(context)
         if drive is not None and sizing.drive_work is not None:
-            told = _("Work of the drive over a cycle along the motion")
+            title = _("Work of the drive over a cycle along the motion")
             work = Quantity("W_d", sizing.drive_work, "J")
-            parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
-    told = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
+            parts.append(Step(title, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
+    title = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
     if abs(cycle.net) <= ROUNDING * cycle.exchanged:
-        told += _("the net work is 0 within rounding.")
+        title += _("the net work is 0 within rounding.")
     else:
-        told += _("the remaining net work is {net}.", net=quantity(cycle.net, "J", 2))
-    parts.append(Note(told))
+        title += _("the remaining net work is {net}.", net=quantity(cycle.net, "J", 2))
+    parts.append(Note(title))
     if sizing.power is not None and sizing.drive_work is not None:
         parts.append(
             Step(
                 _("Power of the drive at the mean of the extreme speeds: its work over the angle of a cycle, times it"),
                 "P_d = W_d*omega/Phi",
-                (Quantity("W_d", sizing.drive_work, "J"), known.speed, known.turn),
-                known.of("power"),
+                (Quantity("W_d", sizing.drive_work, "J"), context.speed, context.turn),
+                context.of("power"),
                 note=_("It is negative: the drive brakes.") if sizing.power < 0.0 else "",
             )
         )
@@ -148,17 +148,17 @@ def _by_quadrature() -> str:
     return _("by quadrature over the cycle, piece by piece between the angles where a law switches")
 
 
-def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Iterator[Part]:
+def _drive_balance(context: Context, works: list[Quantity], *, lossy: bool) -> Iterator[Part]:
     """The constant torque of the drive; `lossy` if losses among the works depend on it."""
-    scene, found, drive = known.scene, known.sizing.balance, known.scene.drive
-    assert found is not None
+    scene, solved, drive = context.scene, context.sizing.balance, context.scene.drive
+    assert solved is not None
     assert drive is not None
     ratio = scene.shafts[drive.on]
     geared = ratio != 1.0
-    numbers = [*works, *([Quantity("i_d", ratio)] if geared else []), known.turn]
+    numbers = [*works, *([Quantity("i_d", ratio)] if geared else []), context.turn]
     sum_of = " + ".join(work.symbol for work in works) or "0"
     below = "(i_d*Phi)" if geared else "Phi"
-    torque = Quantity("M_d", found.value, "N m")
+    torque = Quantity("M_d", solved.value, "N m")
     what = _("The constant torque of the drive, on shaft {shaft}, makes the sum zero", shaft=drive.on)
     if lossy or not works:
         yield Step(
@@ -170,31 +170,31 @@ def _drive_balance(known: Context, works: list[Quantity], *, lossy: bool) -> Ite
         )
     else:
         yield Step(what, f"M_d = -({sum_of})/{below}", tuple(numbers), torque)
-    if known.sizing.drive_work is not None:
+    if context.sizing.drive_work is not None:
         yield Step(
             _("Work of the drive in a cycle"),
             "W_d = M_d*i_d*Phi" if geared else "W_d = M_d*Phi",
             (torque, *numbers[len(works) :]),
-            Quantity("W_d", known.sizing.drive_work, "J"),
+            Quantity("W_d", context.sizing.drive_work, "J"),
         )
 
 
-def _parameter_balance(known: Context) -> Iterator[Part]:
+def _parameter_balance(context: Context) -> Iterator[Part]:
     """An unknown parameter, in which the net work is linear."""
-    sizing, found, cycle = known.sizing, known.sizing.balance, known.cycle
-    assert found is not None
+    sizing, solved, cycle = context.sizing, context.sizing.balance, context.cycle
+    assert solved is not None
     assert cycle is not None
     assert sizing.machine is not None
-    name, unit = formulas.index(found.name) or "u", sizing.balance_unit or ""
+    name, unit = formulas.index(solved.name) or "u", sizing.balance_unit or ""
     symbol = name if name.isidentifier() and name not in ("pi", "phi", "omega") else "u"
-    value = Quantity(symbol, found.value, unit)
+    value = Quantity(symbol, solved.value, unit)
     reduced = sizing.machine.reduce(cycle.mesh.phi, cycle.mesh.anchor)
     slope = float(cells.integral(reduced.per_unknown + np.zeros_like(cycle.mesh.phi), cycle.mesh.half).sum())
     if sizing.cyclic is None:
-        rest, per = Quantity("N_0", -found.value * slope, "J"), Quantity("N_1", slope, f"J/({unit})" if unit else "J")
+        rest, per = Quantity("N_0", -solved.value * slope, "J"), Quantity("N_1", slope, f"J/({unit})" if unit else "J")
         per = per._replace(unit="")
         yield Table(
-            _("The net work of a cycle is linear in the unknown {name}: N = N₀ + N₁ {name}", name=found.name),
+            _("The net work of a cycle is linear in the unknown {name}: N = N₀ + N₁ {name}", name=solved.name),
             (_("part"), _("symbol"), _("value")),
             (
                 (_("net work independent of it, J"), Formula("N_0"), rest._replace(unit="J")),
@@ -215,32 +215,32 @@ def _parameter_balance(known: Context) -> Iterator[Part]:
 # -- areas ------------------------------------------------------------------------------------------------------------
 
 
-def areas(known: Context) -> Section | None:
+def areas(context: Context) -> Section | None:
     """Crossings, areas, accumulated areas with the greatest and the least, and the fluctuation of energy."""
-    sizing, constant = known.sizing, known.constant
+    sizing, constant = context.sizing, context.constant
     if not sizing.areas:
         return None
     parts: list[Part] = []
     if sizing.cyclic is not None:
-        if known.scene.unknown is not None:
-            told = _("Areas take the torques at the required speed, constant, with the balance for it")
+        if context.scene.unknown is not None:
+            title = _("Areas take the torques at the required speed, constant, with the balance for it")
         else:
-            told = _("Areas take the torques at the constant speed at which the net work of a cycle is zero")
-        parts.append(Step(told, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), known.area_speed))
-    if constant is not None and known.scene.areas is None:
+            title = _("Areas take the torques at the constant speed at which the net work of a cycle is zero")
+        parts.append(Step(title, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), context.area_speed))
+    if constant is not None and context.scene.areas is None:
         parts += [
             Step(
                 _("The work of the reduced moment from the beginning of the cycle on"),
                 "W(phi) = integral(M_star(psi), psi, 0, phi)",
                 definitions=("W",),
             ),
-            _crossings(known, constant),
+            _crossings(context, constant),
         ]
-    parts.append(known.panel("moment"))
-    parts += _area_table(known)
-    parts.append(known.panel("work"))
+    parts.append(context.panel("moment"))
+    parts += _area_table(context)
+    parts.append(context.panel("work"))
     marks = _extreme_sums(sizing)
-    greatest, least, fluctuation = (known.of(key) for key in ("accumulated_max", "accumulated_min", "energy_fluctuation"))
+    greatest, least, fluctuation = (context.of(key) for key in ("accumulated_max", "accumulated_min", "energy_fluctuation"))
     table = (
         (_("greatest accumulated work, {name}", name=marks[0]), Formula("W_max"), greatest),
         (_("least accumulated work, {name}", name=marks[1]), Formula("W_min"), least),
@@ -260,10 +260,10 @@ def areas(known: Context) -> Section | None:
                 _("The same as a share of the drive's work, the coefficient of energy"),
                 "k_e = DeltaW/W_d",
                 (fluctuation, Quantity("W_d", sizing.drive_work, "J")),
-                known.of("coefficient_of_energy"),
+                context.of("coefficient_of_energy"),
             )
         )
-    rest = tuple((one.name, Formula(one.symbol), known.of(one.key)) for one, _value in shown(REPORT, sizing))
+    rest = tuple((one.name, Formula(one.symbol), context.of(one.key)) for one, _value in shown(REPORT, sizing))
     if rest:
         parts.append(Table(_("Further figures"), (_("quantity"), _("symbol"), _("value")), rest))
     return Section(_("Crossings, areas and accumulated areas"), tuple(parts))
@@ -279,10 +279,10 @@ def _extreme_sums(sizing: Sizing) -> tuple[str, str]:
     return nearest(sizing.accumulated_max), nearest(sizing.accumulated_min)
 
 
-def _crossings(known: Context, cycle: Cycle) -> Part:
+def _crossings(context: Context, cycle: Cycle) -> Part:
     """Crossings of the moment: its zeros, and jumps through zero where a load switches."""
     rows: list[tuple[Cell, ...]] = []
-    for k, area in enumerate(known.sizing.areas[:-1][:_MOST_AREAS], 1):
+    for k, area in enumerate(context.sizing.areas[:-1][:_MOST_AREAS], 1):
         phi = area.end
         assert phi is not None
         before, after = _both_sides(cycle, phi)
@@ -294,7 +294,7 @@ def _crossings(known: Context, cycle: Cycle) -> Part:
         rows.append((Formula(f"phi_{k}"), Quantity(f"phi_{k}", phi, "°"), Quantity("", phi, "rad"), how))
     if not rows:
         return Note(_("The reduced moment does not change its sign within the cycle."))
-    error = known.sizing.error.angles
+    error = context.sizing.error.angles
     caption = _("Crossings: angles where the reduced moment changes its sign")
     if error is not None:
         caption += "; " + _("found to {error}", error=quantity(error, "rad", 2))
@@ -314,39 +314,39 @@ def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
     return float(before[0]), float(after[0])
 
 
-def _area_table(known: Context) -> list[Part]:
+def _area_table(context: Context) -> list[Part]:
     """Areas and their accumulated sums, with enough digits for the shown sums to agree."""
-    sizing = known.sizing
-    found = sizing.areas
+    sizing = context.sizing
+    areas_of_curve = sizing.areas
     digits = next((d for d in range(formulas.DIGITS, MOST_DIGITS) if _adds_up(sizing, d)), MOST_DIGITS)
-    sums = [0.0, *(area.accumulated for area in found)]
-    scale = max(map(abs, [*sums, *(area.work for area in found), 1e-300]))
+    sums = [0.0, *(area.accumulated for area in areas_of_curve)]
+    scale = max(map(abs, [*sums, *(area.work for area in areas_of_curve), 1e-300]))
     sums = [0.0 if abs(value) <= 1e-12 * scale else value for value in sums]
     greatest, least = _extreme_sums(sizing)
     rows: list[tuple[Cell, ...]] = []
     emphasis = set()
     for k, value in enumerate(sums):
-        area = found[k - 1] if k else None
+        area = areas_of_curve[k - 1] if k else None
         mark = _("greatest") if f"S{k}" == greatest else _("least") if f"S{k}" == least else ""
         if mark:
             emphasis.add(k)
         row: list[Cell] = [f"A{k}" if k else ""]
-        if known.scene.areas is None:
+        if context.scene.areas is None:
             ends = (None, None) if area is None else (area.start, area.end)
             row += ["" if end is None else Quantity("", end, "°") for end in ends]
         elif area is not None:
-            row.append(Quantity("", known.scene.areas.values[k - 1]))
+            row.append(Quantity("", context.scene.areas.values[k - 1]))
         else:
             row.append("")
         row.append("" if area is None else Quantity(f"A_{k}", area.work, "J", digits))
         rows.append((*row, f"S{k}", Quantity(f"S_{k}", value, "J"), mark))
     head = [_("area")]
-    head += [_("from, °"), _("to, °")] if known.scene.areas is None else [_("measured")]
+    head += [_("from, °"), _("to, °")] if context.scene.areas is None else [_("measured")]
     head += [_("work, J"), _("sum"), _("accumulated, J"), ""]
-    shown = rows if len(rows) <= _MOST_AREAS else [rows[k] for k in range(len(rows)) if k < _MOST_AREAS or k in emphasis]
-    marked = frozenset(k for k, row in enumerate(shown) if row[-1])
+    subset = rows if len(rows) <= _MOST_AREAS else [rows[k] for k in range(len(rows)) if k < _MOST_AREAS or k in emphasis]
+    marked = frozenset(k for k, row in enumerate(subset) if row[-1])
     parts: list[Part] = []
-    if known.scene.areas is not None:
+    if context.scene.areas is not None:
         scaled = _("The work of an area is its measure times the scale of the diagram")
         parts.append(Step(scaled, "A_k = a_k*mu_A", definitions=("a_k",)))
     parts += [
@@ -356,11 +356,11 @@ def _area_table(known: Context) -> list[Part]:
             definitions=("S_k", "A_k"),
         ),
         Table(
-            _("Areas and accumulated areas, the greatest and the least marked"), tuple(head), tuple(shown), emphasis=marked
+            _("Areas and accumulated areas, the greatest and the least marked"), tuple(head), tuple(subset), emphasis=marked
         ),
     ]
-    if len(shown) < len(rows):
-        parts.append(Note(_("{n} further areas are not shown.", n=len(rows) - len(shown)), "left out"))
+    if len(subset) < len(rows):
+        parts.append(Note(_("{n} further areas are not shown.", n=len(rows) - len(subset)), "left out"))
     return parts
 
 
@@ -379,12 +379,12 @@ def _adds_up(sizing: Sizing, digits: int) -> bool:
 # -- approximate flywheels --------------------------------------------------------------------------------------------
 
 
-def approximate(known: Context) -> Section | None:
+def approximate(context: Context) -> Section | None:
     """The flywheel by the accumulated areas."""
-    sizing, wheel, eps = known.sizing, known.sizing.flywheel, known.eps
+    sizing, wheel, eps = context.sizing, context.sizing.flywheel, context.eps
     if eps is None or wheel.approximate_total is None or wheel.approximate is None:
         return None
-    square = known.ratio**2
+    square = context.ratio**2
     total, left = wheel.approximate_total * square, wheel.approximate * square
     parts: list[Part] = [
         Step(
@@ -392,67 +392,67 @@ def approximate(known: Context) -> Section | None:
                 "With a constant inertia the energy stored between the two extremes is ½ J (ω_max² − ω_min²) = J ε ω²; so "
                 "the total inertia on the crank is"
             ),
-            f"J_total = DeltaW/(epsilon*{known.area_speed.symbol}**2)",
-            (known.of("energy_fluctuation"), known.epsilon, known.area_speed),
+            f"J_total = DeltaW/(epsilon*{context.area_speed.symbol}**2)",
+            (context.of("energy_fluctuation"), context.epsilon, context.area_speed),
             Quantity("J_total", total, "kg m²"),
         )
     ]
     if sizing.scene.areas is not None:
         parts.append(Note(_("A diagram of areas does not contain the machine's own inertia: this is the total required.")))
     elif sizing.reduced_inertia is not None:
-        parts += _less_least(known, "J_total", total, "J_areas", left)
-    parts += on_own_shaft(known, "J_areas" if sizing.scene.areas is None else "J_total", left, wheel.approximate)
+        parts += _less_least(context, "J_total", total, "J_areas", left)
+    parts += on_own_shaft(context, "J_areas" if sizing.scene.areas is None else "J_total", left, wheel.approximate)
     return Section(_("Approximate flywheel, by the accumulated areas"), tuple(parts))
 
 
-def _less_least(known: Context, of: str, total: float, symbol: str, left: float) -> Iterator[Part]:
+def _less_least(context: Context, of: str, total: float, symbol: str, left: float) -> Iterator[Part]:
     """The flywheel's share of a total: less the least I*, or none."""
-    assert known.sizing.reduced_inertia is not None
-    least = known.of("reduced_inertia.min")
-    whole, found = Quantity(of, total, "kg m²"), Quantity(symbol, left, "kg m²")
+    assert context.sizing.reduced_inertia is not None
+    least = context.of("reduced_inertia.min")
+    whole, remainder = Quantity(of, total, "kg m²"), Quantity(symbol, left, "kg m²")
     if left > 0.0:
-        told = _("Less the machine's own least reduced inertia, which is part of it, the flywheel is")
-        yield Step(told, f"{symbol} = {of} - I_min", (whole, least), found)
+        title = _("Less the machine's own least reduced inertia, which is part of it, the flywheel is")
+        yield Step(title, f"{symbol} = {of} - I_min", (whole, least), remainder)
     else:
-        told = _("The machine's own least reduced inertia is at least as large: by this figure no flywheel is needed")
-        yield Step(told, f"{symbol} = max({of} - I_min, 0)", (whole, least), found)
+        title = _("The machine's own least reduced inertia is at least as large: by this figure no flywheel is needed")
+        yield Step(title, f"{symbol} = max({of} - I_min, 0)", (whole, least), remainder)
 
 
-def on_own_shaft(known: Context, symbol: str, on_crank: float, own: float) -> Iterator[Part]:
+def on_own_shaft(context: Context, symbol: str, on_crank: float, own: float) -> Iterator[Part]:
     """A flywheel on a shaft of another speed, with the same energy."""
-    if known.ratio != 1.0:
+    if context.ratio != 1.0:
         yield Step(
-            _("On the flywheel's own shaft {shaft}, with the same energy", shaft=known.scene.flywheel_on),
+            _("On the flywheel's own shaft {shaft}, with the same energy", shaft=context.scene.flywheel_on),
             f"{symbol}_f = {symbol}/i_f**2",
-            (Quantity(symbol, on_crank, "kg m²"), known.at_flywheel),
+            (Quantity(symbol, on_crank, "kg m²"), context.at_flywheel),
             Quantity(f"{symbol}_f", own, "kg m²"),
         )
 
 
-def inertia_extremes(known: Context) -> Iterator[Part]:
+def inertia_extremes(context: Context) -> Iterator[Part]:
     """The least, mean and greatest I*, and a picture of the contribution of every body."""
-    found = known.sizing.reduced_inertia
-    if found is None:
+    extremes = context.sizing.reduced_inertia
+    if extremes is None:
         return
     names = {"min": _("least"), "mean": _("mean over the angle"), "max": _("greatest")}
-    figures = {name: known.of(f"reduced_inertia.{key}") for key, name in names.items()}
+    figures = {name: context.of(f"reduced_inertia.{key}") for key, name in names.items()}
     rows = tuple((name, Formula(one.symbol), one) for name, one in figures.items())
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
     yield Table(caption, (_("value"), _("symbol"), _("inertia")), rows)
-    if found.max > 0.0:
-        yield known.panel("inertia")
+    if extremes.max > 0.0:
+        yield context.panel("inertia")
 
 
-def inertia_torque(known: Context) -> Section | None:
+def inertia_torque(context: Context) -> Section | None:
     """The short way of English textbooks: the turning moment less the inertia torque at constant speed."""
-    wheel, eps, cycle = known.sizing.flywheel, known.eps, known.constant
+    wheel, eps, cycle = context.sizing.flywheel, context.eps, context.constant
     if eps is None or cycle is None or wheel.inertia_torque is None or wheel.inertia_torque_flywheel is None:
         return None
     if wheel.needed is False and wheel.exact == 0.0 and wheel.inertia_torque == 0.0:
         return None
-    extremes, _found = turning_moment.combined(cycle, np.array([[1.0, -0.5 * known.area_speed.value**2]]))
-    high, low = (known.at(float(phi[0]), cycle) for phi in (extremes.angle_greatest, extremes.angle_least))
-    square, omega = known.ratio**2, known.area_speed.symbol
+    extremes = turning_moment.combined(cycle, np.array([[1.0, -0.5 * context.area_speed.value**2]]))[0]
+    high, low = (context.at(float(phi[0]), cycle) for phi in (extremes.angle_greatest, extremes.angle_least))
+    square, omega = context.ratio**2, context.area_speed.symbol
     total, left = wheel.inertia_torque * square, wheel.inertia_torque_flywheel * square
     parts: list[Part] = [
         Step(
@@ -465,16 +465,16 @@ def inertia_torque(known: Context) -> Section | None:
         )
     ]
     values = []
-    for name, point, told in (("a", high, _("greatest")), ("b", low, _("least"))):
+    for name, point, words in (("a", high, _("greatest")), ("b", low, _("least"))):
         work, inertia = Quantity(f"W_{name}", point.work, "J"), Quantity(f"I_{name}", point.inertia, "kg m²")
-        value = Quantity(f"T_{name}", point.work - 0.5 * known.area_speed.value**2 * point.inertia, "J")
-        where = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=told)
+        value = Quantity(f"T_{name}", point.work - 0.5 * context.area_speed.value**2 * point.inertia, "J")
+        where = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=words)
         parts.append(_point_table(point, work, inertia, where, f"phi_{name}"))
         parts.append(
             Step(
-                _("Its {extreme} value", extreme=told),
+                _("Its {extreme} value", extreme=words),
                 f"T_{name} = W_{name} - {omega}**2*I_{name}/2",
-                (work, known.area_speed, inertia),
+                (work, context.area_speed, inertia),
                 value,
             )
         )
@@ -483,38 +483,40 @@ def inertia_torque(known: Context) -> Section | None:
         Step(
             _("The total inertia, the machine's own included"),
             f"J_torque = (T_a - T_b)/(epsilon*{omega}**2)",
-            (*values, known.epsilon, known.area_speed),
+            (*values, context.epsilon, context.area_speed),
             Quantity("J_torque", total, "kg m²"),
         )
     )
-    parts += _less_least(known, "J_torque", total, "J_short", left)
-    parts += on_own_shaft(known, "J_short", left, wheel.inertia_torque_flywheel)
+    parts += _less_least(context, "J_torque", total, "J_short", left)
+    parts += on_own_shaft(context, "J_short", left, wheel.inertia_torque_flywheel)
     return Section(_("The short way of English textbooks, with the inertia torque"), tuple(parts))
 
 
-def _point_table(point: CyclePoint, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
+def _point_table(point: CyclePoint, work: Quantity, inertia: Quantity, title: str, angle: str) -> Table:
     """W and I* at a computed angle."""
     row = (Quantity(angle, point.phi, "°"), work, inertia)
-    return Table(told, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
+    return Table(title, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
 
 
 # -- Wittenbauer ------------------------------------------------------------------------------------------------------
 
 
-def exact(known: Context) -> Section | None:
+def exact(context: Context) -> Section | None:
     """Wittenbauer's construction with its tangents, and the exact flywheel."""
-    sizing, eps, cycle, wheel = known.sizing, known.eps, known.cycle, known.sizing.flywheel
+    sizing, eps, cycle, wheel = context.sizing, context.eps, context.cycle, context.sizing.flywheel
     if eps is None or cycle is None or wheel.exact is None:
         return None
     figures = wittenbauer.figures_of(cycle, sizing.speed, eps)
     extremes = figures.extremes
-    fast, slow = known.at(float(extremes.angle_greatest[1])), known.at(float(extremes.angle_least[2]))
+    fast, slow = context.at(float(extremes.angle_greatest[1])), context.at(float(extremes.angle_least[2]))
     own = figures.total - cycle.inertia_at_start
-    on_crank = wheel.exact * known.ratio**2
-    if known.otherwise:
+    on_crank = wheel.exact * context.ratio**2
+    if context.otherwise:
         return None
     if on_crank > 0.0 and abs(own - on_crank) > 1e-6 * on_crank:
-        return Section(_("Exact flywheel"), (_by_motion(known, on_crank), *on_own_shaft(known, "J", on_crank, wheel.exact)))
+        return Section(
+            _("Exact flywheel"), (_by_motion(context, on_crank), *on_own_shaft(context, "J", on_crank, wheel.exact))
+        )
     high, low = sizing.speed * (1 + eps / 2), sizing.speed * (1 - eps / 2)
     omega_max, omega_min = Quantity("omega_max", high, "rad/s"), Quantity("omega_min", low, "rad/s")
     parts: list[Part] = []
@@ -541,11 +543,11 @@ def exact(known: Context) -> Section | None:
                 "can be drawn first, and P is where they meet."
             )
         ),
-        Step(_("Greatest speed allowed"), "omega_max = omega*(1 + epsilon/2)", (known.speed, known.epsilon), omega_max),
-        Step(_("Least speed allowed"), "omega_min = omega*(1 - epsilon/2)", (known.speed, known.epsilon), omega_min),
+        Step(_("Greatest speed allowed"), "omega_max = omega*(1 + epsilon/2)", (context.speed, context.epsilon), omega_max),
+        Step(_("Least speed allowed"), "omega_min = omega*(1 - epsilon/2)", (context.speed, context.epsilon), omega_min),
     ]
     slopes, cuts = [], []
-    for point, limit, name, far, told in (
+    for point, limit, name, far, words in (
         (fast, omega_max, "u", "M", _("upper tangent, which touches where W − tan ψ · I* is greatest")),
         (slow, omega_min, "l", "N", _("lower tangent, which touches where W − tan ψ · I* is least")),
     ):
@@ -553,7 +555,7 @@ def exact(known: Context) -> Section | None:
         slopes.append(tangent)
         parts.append(
             Step(
-                _("Slope of the {tangent} (J for each kg m²)", tangent=told),
+                _("Slope of the {tangent} (J for each kg m²)", tangent=words),
                 f"t_{name} = {limit.symbol}**2/2",
                 (limit,),
                 tangent,
@@ -579,13 +581,13 @@ def exact(known: Context) -> Section | None:
         )
     distance = Quantity("MN", cuts[0].value - cuts[1].value, "J")
     parts.append(Step(_("The distance of the two cuts"), "MN = h_M - h_N", tuple(cuts), distance))
-    told = _("P lies where the tangents meet, J to the left of the axis; their slopes differ by ε ω²")
+    words = _("P lies where the tangents meet, J to the left of the axis; their slopes differ by ε ω²")
     needed = on_crank > 0.0
     parts.append(
         Step(
-            told if needed else told + _(": the machine's own inertia suffices, and no flywheel is needed"),
+            words if needed else words + _(": the machine's own inertia suffices, and no flywheel is needed"),
             "J = MN/(epsilon*omega**2)" if needed else "J = max(MN/(epsilon*omega**2), 0)",
-            (distance, known.epsilon, known.speed),
+            (distance, context.epsilon, context.speed),
             Quantity("J", on_crank, "kg m²"),
         )
     )
@@ -598,18 +600,18 @@ def exact(known: Context) -> Section | None:
                 Quantity("E_0", slopes[0].value * on_crank - cuts[0].value, "J"),
             )
         )
-    parts += _angles_drawn(known)
+    parts += _angles_drawn(context)
     reduced = sizing.reduced_inertia
     if reduced is not None and reduced.max - reduced.min <= 1e-9 * reduced.max:
-        told = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.max))
-        parts.append(Note(told))
+        words = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.max))
+        parts.append(Note(words))
     else:
-        parts.append(known.panel("wittenbauer"))
-    parts += on_own_shaft(known, "J", on_crank, wheel.exact)
+        parts.append(context.panel("wittenbauer"))
+    parts += on_own_shaft(context, "J", on_crank, wheel.exact)
     return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
 
 
-def _by_motion(known: Context, on_crank: float) -> Step:
+def _by_motion(context: Context, on_crank: float) -> Step:
     return Step(
         _("The exact flywheel is the one with which the periodic motion has the required irregularity"),
         "(omega_max - omega_min)/omega = epsilon",
@@ -619,41 +621,41 @@ def _by_motion(known: Context, on_crank: float) -> Step:
     )
 
 
-def _angles_drawn(known: Context) -> Iterator[Part]:
+def _angles_drawn(context: Context) -> Iterator[Part]:
     """The angles of the tangents where energy is drawn as 2 W/omega², in kg m² as I* is."""
-    assert known.eps is not None
+    assert context.eps is not None
     yield Note(
         _(
             "For a drawing by hand use F = 2 W/ω², in kg m² like I* and to the same scale. The angles of the tangents "
             "are then"
         )
     )
-    for name, sign, told in (("psi_max", "+", _("upper tangent")), ("psi_min", "-", _("lower tangent"))):
-        share = known.eps / 2 if sign == "+" else -known.eps / 2
+    for name, sign, words in (("psi_max", "+", _("upper tangent")), ("psi_min", "-", _("lower tangent"))):
+        share = context.eps / 2 if sign == "+" else -context.eps / 2
         angle = Quantity(name, math.atan((1 + share) ** 2), "°")
         yield Step(
-            _("Angle of the {tangent}", tangent=told), f"{name} = atan((1 {sign} epsilon/2)**2)", (known.epsilon,), angle
+            _("Angle of the {tangent}", tangent=words), f"{name} = atan((1 {sign} epsilon/2)**2)", (context.epsilon,), angle
         )
 
 
 # -- speeds -----------------------------------------------------------------------------------------------------------
 
 
-def speeds(known: Context) -> Section | None:
+def speeds(context: Context) -> Section | None:
     """Greatest and least speed with the exact or the given flywheel, from the energy at their angles."""
-    sizing, run, cycle = known.sizing, known.sizing.run, known.cycle
+    sizing, run, cycle = context.sizing, context.sizing.run, context.cycle
     if run is None or cycle is None:
         return None
     cycle = run.cycle or cycle
     mean = run.speed or sizing.speed
     start = Quantity("E_0", 0.5 * (run.inertia + cycle.inertia_at_start) * mean**2 + run.offset, "J")
-    flywheel = Quantity("J" if sizing.scene.inertia is None or known.ratio == 1.0 else "J_c", run.inertia, "kg m²")
+    flywheel = Quantity("J" if sizing.scene.inertia is None or context.ratio == 1.0 else "J_c", run.inertia, "kg m²")
     parts: list[Part] = []
     if flywheel.symbol == "J_c":
-        told = _("The given flywheel as one on the crank, with the same energy")
-        given = Quantity("J", sizing.scene.inertia or 0.0, "kg m²")
-        parts.append(Step(told, "J_c = J*i_f**2", (given, known.at_flywheel), flywheel))
-    if sizing.scene.irregularity is None or known.otherwise or sizing.flywheel.needed is False:
+        title = _("The given flywheel as one on the crank, with the same energy")
+        wheel = Quantity("J", sizing.scene.inertia or 0.0, "kg m²")
+        parts.append(Step(title, "J_c = J*i_f**2", (wheel, context.at_flywheel), flywheel))
+    if sizing.scene.irregularity is None or context.otherwise or sizing.flywheel.needed is False:
         parts.append(
             Step(
                 _(
@@ -669,12 +671,12 @@ def speeds(known: Context) -> Section | None:
     if sizing.flywheel.needed is False and sizing.scene.inertia is None:
         parts.append(Note(_("The machine runs without a flywheel: J = 0.")))
         flywheel = flywheel._replace(value=0.0)
-    found = []
-    for name, angle, speed, told in (
+    lines = []
+    for name, angle, speed, title in (
         ("max", run.angle_speed_max, run.speed_max, _("The greatest speed")),
         ("min", run.angle_speed_min, run.speed_min, _("The least speed")),
     ):
-        point = known.at(angle, cycle)
+        point = context.at(angle, cycle)
         work, inertia = Quantity(f"W_{name}_omega", point.work, "J"), Quantity(f"I_{name}_omega", point.inertia, "kg m²")
         where = (
             _("Where the speed is greatest: the angle, the work up to it, the reduced inertia there")
@@ -685,19 +687,19 @@ def speeds(known: Context) -> Section | None:
         result = Quantity(f"omega_{name}", speed, "rad/s")
         parts.append(
             Step(
-                told,
+                title,
                 f"omega_{name} = sqrt(2*(E_0 + {work.symbol})/({flywheel.symbol} + {inertia.symbol}))",
                 (start, work, flywheel, inertia),
                 result,
                 note=_("That is {speed}.", speed=quantity(speed, "rpm")),
             )
         )
-        found.append(result)
+        lines.append(result)
     parts.append(
         Step(
             _("The irregularity"),
             "epsilon_r = 2*(omega_max - omega_min)/(omega_max + omega_min)",
-            tuple(found),
+            tuple(lines),
             Quantity("epsilon_r", run.irregularity),
         )
     )
@@ -709,23 +711,23 @@ def speeds(known: Context) -> Section | None:
             Step(
                 _("Mean speed over time"),
                 "omega_time = Phi/tau",
-                (known.turn, Quantity("tau", confirmed.period, "s")),
+                (context.turn, Quantity("tau", confirmed.period, "s")),
                 Quantity("omega_time", confirmed.speed_time_mean, "rad/s"),
             )
         )
-    parts.append(known.panel("speed"))
+    parts.append(context.panel("speed"))
     return Section(_("Speeds over the cycle"), tuple(parts))
 
 
 # -- torques that depend on speed -------------------------------------------------------------------------------------
 
 
-def holding(known: Context) -> Section | None:
+def holding(context: Context) -> Section | None:
     """Section on the stability of a motion whose torques depend on speed: the multiplier of a cycle."""
-    cyclic = known.sizing.cyclic
+    cyclic = context.sizing.cyclic
     if cyclic is None:
         return None
-    multiplier = known.of("multiplier")
+    multiplier = context.of("multiplier")
     parts: list[Part] = [
         Step(
             _("Fraction of a small change of energy left after a cycle, the cycle multiplier; E is the kinetic energy"),

@@ -75,12 +75,12 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
     except ValueError as error:
         raise SceneError([Fault(str(path), f"what is no such file ({error})", expected)]) from None
     name = Path(scene).stem
-    found = tables.get(name) if isinstance(tables, dict) else None
-    if not isinstance(found, dict):
-        known = suggestion(name, list(tables)) if isinstance(tables, dict) else ""
-        raise SceneError([Fault(str(path), f"no table {name!r}", "one named as the scene's file", known)])
+    table = tables.get(name) if isinstance(tables, dict) else None
+    if not isinstance(table, dict):
+        hint = suggestion(name, list(tables)) if isinstance(tables, dict) else ""
+        raise SceneError([Fault(str(path), f"no table {name!r}", "one named as the scene's file", hint)])
     rows, faults = [], []
-    for k, entry in enumerate(found.get("row", [])):
+    for k, entry in enumerate(table.get("row", [])):
         here = f"{name}.row[{k}]"
         try:
             rows.append(_row(entry))
@@ -88,7 +88,7 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
             faults.append(Fault(here, f"{error.args[0] if error.args else error}", "what, figure, printed as texts"))
     if faults:
         raise SceneError(faults)
-    return Solution(tuple(rows), _told(found.get("source", "")), tuple(map(_told, found.get("remarks", ()))))
+    return Solution(tuple(rows), _told(table.get("source", "")), tuple(map(_told, table.get("remarks", ()))))
 
 
 def _row(entry: Mapping[str, Any]) -> Row:
@@ -128,10 +128,10 @@ def ours(sizing: Sizing, row: Row) -> float | None:
             **{name: float(value[0]) for name, value in zip(state._fields[1:4], state[1:4], strict=True)},
             **{part: {key: float(v[0]) for key, v in getattr(state, part).items()} for part in state._fields[4:]},
         }
-    found = _within(tables, row.figure)
-    if isinstance(found, bool) or not isinstance(found, int | float) or not math.isfinite(found):
+    own = _within(tables, row.figure)
+    if isinstance(own, bool) or not isinstance(own, int | float) or not math.isfinite(own):
         return None
-    return found * row.factor
+    return own * row.factor
 
 
 def _within(tables: Any, path: str) -> Any:
@@ -149,21 +149,21 @@ def _within(tables: Any, path: str) -> Any:
     return None
 
 
-def meets(printed: str, found: float) -> bool:
+def meets(printed: str, value: float) -> bool:
     """Tests whether ours has the printed digits: rounded to them, or (after a decimal point) truncated to them.
 
     >>> meets("27", 27.0095), meets("-60", -60.76), meets("678.22", 678.2297), meets("7.72767", 7.727687)
     (True, False, True, False)
     """
-    ours, print_ = Decimal(found), Decimal(printed)
+    ours, print_ = Decimal(value), Decimal(printed)
     digit = Decimal(1).scaleb(int(print_.as_tuple().exponent))
     cut = digit < 1 and ours.quantize(digit, ROUND_DOWN) == print_
     return abs(ours - print_) <= digit / 2 or cut
 
 
-def _whole(value: float, row: Row, rows: Sequence[Row], found: Sequence[float | None]) -> float:
+def _whole(value: float, row: Row, rows: Sequence[Row], values: Sequence[float | None]) -> float:
     """A figure, or 0 if it is only rounding compared with others of its unit."""
-    beside = [abs(other or 0.0) for one, other in zip(rows, found, strict=True) if one.unit == row.unit]
+    beside = [abs(other or 0.0) for one, other in zip(rows, values, strict=True) if one.unit == row.unit]
     return 0.0 if abs(value) <= _NO_FIGURE * max(beside) else value
 
 
@@ -171,9 +171,9 @@ def section(sizing: Sizing, printed: Solution) -> Section:
     """Section with printed figures, ours, and misprints."""
     rows: list[tuple[Cell, ...]] = []
     misprints: list[str] = []
-    found = [ours(sizing, row) for row in printed.rows]
-    for row, value in zip(printed.rows, found, strict=True):
-        own: Cell = _("not found") if value is None else Quantity("", _whole(value, row, printed.rows, found), "", 7)
+    own_values = [ours(sizing, row) for row in printed.rows]
+    for row, value in zip(printed.rows, own_values, strict=True):
+        own: Cell = _("not found") if value is None else Quantity("", _whole(value, row, printed.rows, own_values), "", 7)
         if row.misprint and row.misprint not in misprints:
             misprints.append(row.misprint)
         if value is None:
@@ -186,7 +186,9 @@ def section(sizing: Sizing, printed: Solution) -> Section:
     head = (_("figure"), _("printed"), _("ours"), _("unit"), _("verdict"))
     caption = _("Comparison with the printed solution") + (f": {printed.source}" if printed.source else "")
     parts: list[Part] = [Table(caption, head, tuple(rows), kind="printed")]
-    for k, told in enumerate(misprints, 1):
-        parts.append(Note(_("Misprint [{n}]: {why}. The computed figure is right.", n=k, why=told.rstrip(".")), "remark"))
+    for k, misprint in enumerate(misprints, 1):
+        parts.append(
+            Note(_("Misprint [{n}]: {why}. The computed figure is right.", n=k, why=misprint.rstrip(".")), "remark")
+        )
     parts += [Note(remark) for remark in printed.remarks]
     return Section(_("The printed solution"), tuple(parts))

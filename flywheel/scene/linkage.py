@@ -44,10 +44,10 @@ class Link(NamedTuple):
 
     def point(self, name: str) -> Point:
         """The point of that name; KeyError if there is none."""
-        found = next((point for point in self.points if point.name == name), None)
-        if found is None:
+        match = next((point for point in self.points if point.name == name), None)
+        if match is None:
             raise KeyError(name)
-        return found
+        return match
 
 
 class Joint(NamedTuple):
@@ -205,11 +205,11 @@ def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:
     The body that a turning driver turns against the frame is no port: a load on it acts on its shaft. Nor is a driver called
     `slide`, which is the name of its coordinate.
     """
-    held = {FRAME, *straight(linkage.joints)}
+    fixed = {FRAME, *straight(linkage.joints)}
     for joint in linkage.joints:  # and the body that the driver turns, where it is a pin of the frame
         if joint.name == linkage.driver and joint.kind == PIN and FRAME in joint[2:4]:
-            held |= {joint.first, joint.second}
-    ports = {link.name: True for link in linkage.links if link.name not in held}
+            fixed |= {joint.first, joint.second}
+    ports = {link.name: True for link in linkage.links if link.name not in fixed}
     ports |= {joint.name: False for joint in linkage.joints if joint.kind in (SLIDE, SLOT)}
     ports |= dict.fromkeys(points, False)
     return {name: turns for name, turns in ports.items() if name != STROKE or linkage.driver != STROKE}
@@ -218,10 +218,10 @@ def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:
 def straight(joints: Iterable[Joint]) -> set[str]:
     """Bodies that slides and fixed joints hold to the frame, one after the other: they cannot turn."""
     joints = [joint for joint in joints if joint.kind in (SLIDE, FIXED)]
-    held = {FRAME}
+    fixed = {FRAME}
     for _ in joints:
-        held |= {body for joint in joints for body in joint[2:4] if held & set(joint[2:4])}
-    return held - {FRAME}
+        fixed |= {body for joint in joints for body in joint[2:4] if fixed & set(joint[2:4])}
+    return fixed - {FRAME}
 
 
 def shadowing(ports: Iterable[str], sliding: bool) -> list[str]:

@@ -69,10 +69,10 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
         return meant or AUDIT
     if accuracy not in LEVELS:
         raise ValueError(f"accuracy: found {accuracy!r}, expected one of {', '.join(LEVELS)}")
-    found = NORMAL if accuracy == "fast" else accuracy
-    if meant is not None and meant != found:
+    name = NORMAL if accuracy == "fast" else accuracy
+    if meant is not None and meant != name:
         raise ValueError(f"simulate={simulate} means accuracy {meant!r}, and contradicts {accuracy!r}: give one of the two")
-    return found
+    return name
 
 
 def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
@@ -448,8 +448,8 @@ class Scene(Frozen):
         """Short description, instead of every record."""
         kinds = [m.type for m in self.mechanisms] or (["areas"] if self.areas is not None else ["rotor"])
         counts = f"{len(self.loads)} load{'' if len(self.loads) == 1 else 's'}"
-        given = f", from {self.given_as}" if self.given_as else ""
-        return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
+        source = f", from {self.given_as}" if self.given_as else ""
+        return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{source})"
 
     _repr_html_ = notebook.html
 

@@ -262,9 +262,9 @@ def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callab
 
     The error is the change by the last halving plus the rounding error.
     """
-    known = np.asarray(machine.mesh, dtype=np.longdouble)
-    parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(known)]
-    edges = np.append(np.concatenate(parts), known[-1])
+    mesh = np.asarray(machine.mesh, dtype=np.longdouble)
+    parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(mesh)]
+    edges = np.append(np.concatenate(parts), mesh[-1])
     curve = _Curve(machine, edges)
     before, changed, last = figure(curve), np.inf, np.inf
     for _ in range(_MOST_HALVINGS):
@@ -310,8 +310,8 @@ def verified(machine: Machine) -> tuple[Question, Reference]:
     tight = size(machine, _TIGHTEST, accuracy="normal")
     question = Question.of(tight)
     if not question.sized and answer(tight) <= _EVEN:
-        found = "a motion that varies by rounding alone"
-        raise SceneError([Fault("flywheel.inertia", found, "an irregularity to compare methods by", "use flywheel size")])
+        defect = "a motion that varies by rounding alone"
+        raise SceneError([Fault("flywheel.inertia", defect, "an irregularity to compare methods by", "use flywheel size")])
     promised = max((tight.error.exact if question.sized else tight.error.simulation) or 0.0, _LEAST)
     reference = (_in_time if machine.sets_its_speed else _extended)(question, answer(tight), promised)
     return question, reference._replace(messages=tuple(m for m in tight.messages if not m.startswith("rtol")))
@@ -568,8 +568,8 @@ def _summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float
     fine = np.append((times[:-1, None] + np.diff(times)[:, None] * np.arange(_BETWEEN) / _BETWEEN).ravel(), times[-1])
     tops = np.array(standing_out(sign * speed(fine)))
     low, high = fine[np.maximum(tops - 1, 0)], fine[np.minimum(tops + 1, fine.size - 1)]
-    found = summits(lambda grid: sign * speed(grid.ravel()).reshape(grid.shape), low, high, 2 * _BETWEEN + 1, _CLOSER)
-    return sign * float(found.value.max())
+    summit = summits(lambda grid: sign * speed(grid.ravel()).reshape(grid.shape), low, high, 2 * _BETWEEN + 1, _CLOSER)
+    return sign * float(summit.value.max())
 
 
 def standing_out(values: Array) -> list[int]:
@@ -601,8 +601,8 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
 
     def stretch_steps(rates: Rates, t: float, state: Array, stretch: StepRange, period: float) -> Iterator[Step]:
         share = (stretch.high - stretch.low) / machine.scene.cycle
-        wanted = max(round(count * share), 1)
-        h = period * share / wanted if not restart else (stretch.high - state[0]) / state[1] / wanted
+        steps = max(round(count * share), 1)
+        h = period * share / steps if not restart else (stretch.high - state[0]) / state[1] / steps
         for _ in range(_MOST_STEPS):
             step = partial(runge_kutta_step, tableau, rates, t, state, rate=rates(t, state))
             after = step(h)
@@ -772,9 +772,9 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
             def speed(times: Array, run: Any = run) -> Array:
                 return np.asarray(run.at(times)[1])
 
-            end, *found = _end_and_extremes(missing, speed, run.t)
+            end, *outcome = _end_and_extremes(missing, speed, run.t)
             omega = float(run.at(end)[1][0])
-            extremes += found
+            extremes += outcome
         return Revolution(omega, (), max(extremes), min(extremes))
 
     return revolve

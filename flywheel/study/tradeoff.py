@@ -105,20 +105,20 @@ class Tradeoff:
         if self.cheapest is None:
             return f"No method that was run keeps the relative error of {self.rtol:g} on this scene."
         best = self.row(self.cheapest)
-        told = f"Cheapest that keeps a relative error of {self.rtol:g} on this scene: {self._priced(best)}"
+        words = f"Cheapest that keeps a relative error of {self.rtol:g} on this scene: {self._priced(best)}"
         if self.level:
-            told += f"; level with it within the noise: {'; '.join(self.level)}"
-        told += "."
+            words += f"; level with it within the noise: {'; '.join(self.level)}"
+        words += "."
         if best.promised is not None and best.promised <= self.rtol:
-            return told
+            return words
         if self.cheapest_promised is None:
-            return told + " It has no error estimate that promises this; no method that has one was run to completion."
+            return words + " It has no error estimate that promises this; no method that has one was run to completion."
         sure = self._priced(self.row(self.cheapest_promised))
-        return told + f" It has no error estimate that promises this; the cheapest method that has one is {sure}."
+        return words + f" It has no error estimate that promises this; the cheapest method that has one is {sure}."
 
     def _priced(self, row: MethodRow) -> str:
-        known = row.error is not None and row.error > self.reference.doubt
-        error = f"{row.error:.1e}" if known else f"below {self.reference.doubt:.1e}"
+        certain = row.error is not None and row.error > self.reference.doubt
+        error = f"{row.error:.1e}" if certain else f"below {self.reference.doubt:.1e}"
         return f"{row.name} ({duration(row.seconds or 0.0)}, error {error})"
 
     def as_dict(self) -> dict[str, Any]:
@@ -283,8 +283,8 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
     if question.sized:
         return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
     total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
-    given = question.machine.scene.inertia or 0.0
-    return (sizing.scene.irregularity or 0.0) * total / (given + inertia.min / question.crank)
+    own_inertia = question.machine.scene.inertia or 0.0
+    return (sizing.scene.irregularity or 0.0) * total / (own_inertia + inertia.min / question.crank)
 
 
 def _sized(question: Question, rtol: float) -> float:
@@ -305,9 +305,9 @@ def _proven(question: Question) -> float:
 def _collocated(question: Question, rtol: float) -> float:
     """The periodic motion by Newton's method, as if its torques depended on speed."""
     scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
-    wanted = Demand(None if question.sized else start, scene.irregularity, speed)
+    demand = Demand(None if question.sized else start, scene.irregularity, speed)
     question.machine.kept.pop("moments", None)
-    motion = periodic_motion.own_motion(question.machine, speed, wanted, start, 0.0, rtol)
+    motion = periodic_motion.own_motion(question.machine, speed, demand, start, 0.0, rtol)
     return max(motion.inertia, 0.0) / question.crank if question.sized else motion.run.irregularity
 
 
@@ -422,9 +422,9 @@ def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
 
     Also returns True if the user stopped that.
     """
-    given = [run for run in runs if run.times]
-    fastest = min((run.least for run in given), default=0.0)
-    close = [run for run in given if run.least <= _CLOSE * fastest]
+    timed = [run for run in runs if run.times]
+    fastest = min((run.least for run in timed), default=0.0)
+    close = [run for run in timed if run.least <= _CLOSE * fastest]
     if len(close) < 2:
         return close, False
     rounds = int(min(_ROUNDS, max(_AT_MOST / sum(run.least for run in close), 1.0)))

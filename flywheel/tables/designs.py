@@ -111,12 +111,12 @@ def _question(sweep: Sweep) -> list[str]:
     lines += [line[:WIDTH].rstrip() for line in columns(ranges)]
     counts = {"many at once": (TRACED,), "refined": (REFINED,), "one by one": (ALONE,), "refused": (REFUSED,)}
     ways = {words: int(np.isin(sweep.ways, ways).sum()) for words, ways in counts.items()}
-    told = [f"{count} {words}" for words, count in ways.items() if count]
+    parts = [f"{count} {words}" for words, count in ways.items() if count]
     if sweep.missing:
-        told.append(f"{sweep.missing} missing")
+        parts.append(f"{sweep.missing} missing")
     worst = sweep.worst[np.isfinite(sweep.worst)]
     error = f"; errors at most {worst.max():.1e}" if worst.size else ""
-    return [*lines, *_hung(f"sized: {', '.join(told)}{error}", "  ")]
+    return [*lines, *_hung(f"sized: {', '.join(parts)}{error}", "  ")]
 
 
 def _best(sweep: Sweep) -> list[str]:
@@ -125,8 +125,8 @@ def _best(sweep: Sweep) -> list[str]:
         return []
     k, units = sweep.argmin(name), sweep.units
     rows = [Row(path, figure(float(column[k]), most=_DIGITS), units[path]) for path, column in sweep.columns.items()]
-    shown = [each for each in _OF_BEST if each in sweep.names]
-    rows += [Row(FIGURES[each].about.partition(",")[0], _figure(sweep, each, k), units[each]) for each in shown]
+    names = [each for each in _OF_BEST if each in sweep.names]
+    rows += [Row(FIGURES[each].about.partition(",")[0], _figure(sweep, each, k), units[each]) for each in names]
     what = "flywheel" if name == "exact" else name
     among = f", of the {_designs(len(sweep) - sweep.missing)} that are not missing" if sweep.missing else ""
     return [f"The least {what}: design {k}{among}", *(line[:WIDTH].rstrip() for line in columns(rows))]
@@ -481,56 +481,58 @@ def _cut(lines: Iterable[str]) -> list[str]:
 _WIDE = 20  # characters of a motor's name
 
 
-def motors_text(found: SuitableMotors, rows: int = 20) -> str:
+def motors_text(choice: SuitableMotors, rows: int = 20) -> str:
     """The suitable motors by total price, in a limited number of rows; then the others with their reasons."""
-    count = len(found.suitable) + len(found.refused)
-    title = f"Suitable motors: {len(found.suitable)} of {count}"
-    if found.missing:
-        title += f"; INTERRUPTED, {found.missing} more were not examined"
+    count = len(choice.suitable) + len(choice.refused)
+    title = f"Suitable motors: {len(choice.suitable)} of {count}"
+    if choice.missing:
+        title += f"; INTERRUPTED, {choice.missing} more were not examined"
     lines = [title]
-    if found.suitable:
-        paid = _currency(found)
+    if choice.suitable:
+        paid = _currency(choice)
         head = ("", "kW", "rpm", "ratio", "wheel", "crank", "eps", "heat", "torque", "start", "I²t", *paid)
         units = ("", "", "rated", "", "kg m²", "rpm", "", "%", "rms, %", "s", "%", *["", "in all"][: len(paid)])
-        table = [units, *(_motor_cells(choice, len(paid)) for choice in found.suitable[:rows])]
+        table = [units, *(_motor_cells(choice, len(paid)) for choice in choice.suitable[:rows])]
         kept = [k for k in range(len(head)) if k == 0 or any(row[k] for row in table[1:])]
         lines += columns([[row[k] for k in kept] for row in table], [head[k] for k in kept], gap=" ")
-        if len(found.suitable) > rows:
-            lines.append(f"  and {len(found.suitable) - rows} more (--rows)")
-        lines += wrap(f"The flywheel is on {found.on}; {_bound(found)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
-    refused = _reasons("Unsuitable motors", [choice for choice in found.refused if choice.suits is False])
+        if len(choice.suitable) > rows:
+            lines.append(f"  and {len(choice.suitable) - rows} more (--rows)")
+        lines += wrap(
+            f"The flywheel is on {choice.on}; {_bound(choice)}", WIDTH, initial_indent="  ", subsequent_indent="  "
+        )
+    refused = _reasons("Unsuitable motors", [choice for choice in choice.refused if choice.suits is False])
     left = _reasons(
         "Undecided: no steady motion was found, or no start that ends",
-        [choice for choice in found.refused if choice.suits is None],
+        [choice for choice in choice.refused if choice.suits is None],
     )
-    notes = [line for note in found.notes for line in wrap(f"Note: {note}", WIDTH)]
+    notes = [line for note in choice.notes for line in wrap(f"Note: {note}", WIDTH)]
     return paragraphs([lines, refused, left, notes])
 
 
 def _reasons(title: str, choices: Sequence[MotorChoice]) -> list[str]:
     """Unsuitable motors with their reasons, under a title."""
-    told = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in choices]
-    lines = [line for each in told for line in wrap(each, WIDTH, initial_indent="  ", subsequent_indent="    ")]
+    named_reasons = [f"{_short(choice.motor.name)}: {printable(choice.reason)}" for choice in choices]
+    lines = [line for each in named_reasons for line in wrap(each, WIDTH, initial_indent="  ", subsequent_indent="    ")]
     return [title, *lines] if lines else []
 
 
-def _bound(found: SuitableMotors) -> str:
-    bound = {choice.binding for choice in found.suitable if choice.binding not in (None, "irregularity")}
-    told = "heat and torque are fractions of the rated point, I²t of a start that of its limit by the locked-rotor time."
+def _bound(choice: SuitableMotors) -> str:
+    bound = {choice.binding for choice in choice.suitable if choice.binding not in (None, "irregularity")}
+    note = "heat and torque are fractions of the rated point, I²t of a start that of its limit by the locked-rotor time."
     if not bound:
-        return told
-    names = ", ".join(f"{_short(c.motor.name)} by {c.binding}" for c in found.suitable if c.binding in bound)
-    return f"{told} Larger than for the irregularity alone: {names}."
+        return note
+    names = ", ".join(f"{_short(c.motor.name)} by {c.binding}" for c in choice.suitable if c.binding in bound)
+    return f"{note} Larger than for the irregularity alone: {names}."
 
 
 def _short(name: str) -> str:
-    told = printable(name)
-    return told if len(told) <= _WIDE else f"{told[: _WIDE - 1]}…"
+    text = printable(name)
+    return text if len(text) <= _WIDE else f"{text[: _WIDE - 1]}…"
 
 
-def _currency(found: SuitableMotors) -> list[str]:
+def _currency(choice: SuitableMotors) -> list[str]:
     """The headings of the prices, if there are any: of the motor, and with its flywheel if that has a price."""
-    priced = [choice for choice in found.suitable if choice.motor.price is not None]
+    priced = [choice for choice in choice.suitable if choice.motor.price is not None]
     if not priced:
         return []
     return [priced[0].motor.currency or "price", *([""] if priced[0].wheel_price is not None else [])]
@@ -559,12 +561,12 @@ def _motor_cells(choice: MotorChoice, prices: int) -> list[str]:
     return [*cells, *[cell(price, 7) for price in (choice.motor.price, choice.total_price)][:prices]]
 
 
-def motors_csv(found: SuitableMotors) -> str:
+def motors_csv(choice: SuitableMotors) -> str:
     """The same as CSV, SI throughout, a row for each motor."""
     from csv import writer
     from io import StringIO
 
-    rows, units = [choice.as_dict() for choice in (*found.suitable, *found.refused)], _MOTOR_UNITS
+    rows, units = [choice.as_dict() for choice in (*choice.suitable, *choice.refused)], _MOTOR_UNITS
     stream = StringIO()
     lines = writer(stream, lineterminator="\n")
     if rows:
@@ -706,11 +708,11 @@ def _names(rows: list[MethodRow], comparison: Tradeoff) -> str:
         else:
             mark = f" ({'; '.join(map(_setting, own))})"
         named.append((kind, which, mark))
-    told = []
+    parts = []
     for (kind, mark), alike in groupby(named, lambda name: (name[0], name[2])):
         every = ", ".join(which for _, which, _ in alike if which)
-        told.append(", ".join(part for part in (kind, every) if part) + mark)
-    return "; ".join(told)
+        parts.append(", ".join(part for part in (kind, every) if part) + mark)
+    return "; ".join(parts)
 
 
 def unfinished(comparison: Tradeoff) -> list[str]:

@@ -161,8 +161,8 @@ def _motion(sizing: Sizing) -> str:
     if confirmed is None:
         return "the one of the figures; not found a second time" if sizing.run is not None else "none: nothing stores energy"
     if confirmed.route not in ("time", "collocation"):
-        found = "that of the collocation" if sizing.cyclic is not None else "from the energy, in closed form,"
-        return f"{found} on the cells of the figures; time by quadrature; no time stepping"
+        source = "that of the collocation" if sizing.cyclic is not None else "from the energy, in closed form,"
+        return f"{source} on the cells of the figures; time by quadrature; no time stepping"
     evaluations = _counted(sizing.cost.stages["simulation"].evaluations, "evaluation")
     cycles = "one cycle"
     if sizing.flywheel.approximate is not None:

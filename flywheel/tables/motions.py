@@ -70,8 +70,8 @@ def motion_text(motion: Kinematics, *, listed: bool = False, tables: bool = True
 
 def _standing(curve: Curve) -> str:
     values, errors = np.atleast_2d(curve.position)[:, 0], np.atleast_2d(curve.errors[0])[:, 0]
-    told = ", ".join(figure(value, error, _DIGITS) for value, error in zip(values, errors, strict=True))
-    return f"({told}) m" if curve.kind == POINT else f"{told} {_with_degrees(curve.unit, values[0], errors[0])}"
+    numerals = ", ".join(figure(value, error, _DIGITS) for value, error in zip(values, errors, strict=True))
+    return f"({numerals}) m" if curve.kind == POINT else f"{numerals} {_with_degrees(curve.unit, values[0], errors[0])}"
 
 
 def _with_degrees(unit: str, value: float, error: float, digits: int = _DIGITS) -> str:
@@ -81,18 +81,18 @@ def _with_degrees(unit: str, value: float, error: float, digits: int = _DIGITS) 
 
 def _overview(motion: Kinematics, names: list[str]) -> list[str]:
     """Extremes of some curves in one table, and the options for the others."""
-    shown = names[:_MOST_PORTS]
+    listed = names[:_MOST_PORTS]
     rows = [
         (_label(motion, name) if not k else "", *row)
-        for name in shown
+        for name in listed
         for k, row in enumerate(_least_and_greatest(motion, name, _FEW_DIGITS))
     ]
-    more = f"{len(names) - len(shown)} more ports, and all" if len(names) > len(shown) else "all"
+    more = f"{len(names) - len(listed)} more ports, and all" if len(names) > len(listed) else "all"
     return [
         *columns(rows, ("", "", "least", "greatest")),
         *wrapped(
             f"{more} {len(motion.curves)} bodies, joints and points with --full; "
-            f"tables with --of {_label(motion, shown[0])}",
+            f"tables with --of {_label(motion, listed[0])}",
             "",
         ),
     ]
@@ -174,7 +174,7 @@ def _least_and_greatest(motion: Kinematics, name: str, digits: int = _DIGITS) ->
     table = []
     for what, (least, greatest) in pairs.items():
         unit = unit_of[least.quantity]
-        told = [
+        rows = [
             f"{figure(one.value, one.error, digits)} {_with_degrees(unit, one.value, one.error, digits)}"
             f" at {_place(motion, one.at, one.at_error, digits)}"
             for one in (least, greatest)
@@ -183,10 +183,10 @@ def _least_and_greatest(motion: Kinematics, name: str, digits: int = _DIGITS) ->
             if max(abs(least.value), abs(greatest.value)) <= greatest.error + least.error:
                 continue
             value, error = greatest.value, greatest.error
-            told = [f"{figure(value, error, digits)} {_with_degrees(unit, value, error, digits)} throughout", ""]
+            rows = [f"{figure(value, error, digits)} {_with_degrees(unit, value, error, digits)} throughout", ""]
         elif least.component == "total":
-            told[0] = ""
-        table.append((what, told[0], told[1]))
+            rows[0] = ""
+        table.append((what, rows[0], rows[1]))
     return table
 
 
@@ -194,9 +194,9 @@ def _dead_centres(motion: Kinematics, name: str) -> list[str]:
     places, errors = motion.dead_centres[name], motion.dead_centre_errors[name]
     if not places.size:
         return []
-    shown = [_place(motion, at, error) for at, error in zip(places[:_MOST_NAMED], errors, strict=False)]
+    places_named = [_place(motion, at, error) for at, error in zip(places[:_MOST_NAMED], errors, strict=False)]
     more = f" and {places.size - _MOST_NAMED} more" if places.size > _MOST_NAMED else ""
-    return wrapped(f"velocity passes zero at {', '.join(shown)}{more}")
+    return wrapped(f"velocity passes zero at {', '.join(places_named)}{more}")
 
 
 def _at(motion: Kinematics, k: int, names: list[str]) -> list[str]:
@@ -222,8 +222,8 @@ def _at(motion: Kinematics, k: int, names: list[str]) -> list[str]:
                     (array if not part else np.asarray(np.hypot(*array)) if part == "total" else array["xy".index(part)])[k]
                     for array in (values, errors)
                 )
-                given = [figure(value, error, _DIGITS), _with_degrees(unit, value, error)]
-                cells += ["", ""] if part == "total" and quantity == "position" else given
+                texts = [figure(value, error, _DIGITS), _with_degrees(unit, value, error)]
+                cells += ["", ""] if part == "total" and quantity == "position" else texts
             table.append(cells)
     return [where, *columns(table, ("", "position", "", "velocity", "", "acceleration", ""))]
 
@@ -338,12 +338,12 @@ def _errors(motion: Kinematics, curve: Curve) -> dict[str, Any]:
 _PLACES = 12
 
 
-def velocities_text(found: InstantCentres) -> str:
+def velocities_text(instant: InstantCentres) -> str:
     """The centres at every position with their errors, and the velocities of all points by centres and by coefficients."""
     blocks: list[list[str]] = []
-    for k in range(found.q.size):
-        for name, centres in found.mechanisms.items():
-            title = f"{name}: instant centres at {_position(found, k)}"
+    for k in range(instant.q.size):
+        for name, centres in instant.mechanisms.items():
+            title = f"{name}: instant centres at {_position(instant, k)}"
             # a line for every two bodies: where their centre is, or along which direction, or that they do not move apart
             rows = []
             for centre in centres.centres.values():
@@ -360,7 +360,7 @@ def velocities_text(found: InstantCentres) -> str:
                     rows.append((names, str(kind), "", "", "", lasting))
             blocks.append([title, *columns(rows, ("bodies", "x", "y", "", "error", ""))])
             blocks.append(
-                [f"velocities by them, and by influence coefficients, {_unit(found)}", *_velocities(found, centres, k)]
+                [f"velocities by them, and by influence coefficients, {_unit(instant)}", *_velocities(instant, centres, k)]
             )
     return paragraphs(blocks)
 
@@ -377,7 +377,7 @@ def _unit(centres: InstantCentres) -> str:
     return "per unit of the driver, 1" if centres.scene.sliding else "m/rad"
 
 
-def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:
+def _velocities(instant: InstantCentres, centres: Centres, k: int) -> list[str]:
     """A line for every point that moves: x and y by the centre, by coefficients, and their difference."""
     rows = []
     for point in centres.velocities:
@@ -385,17 +385,17 @@ def _velocities(found: InstantCentres, centres: Centres, k: int) -> list[str]:
         by_centre, by_coefficients = point.by_centre[:, k], point.by_coefficients[:, k]
         if max(np.hypot(*by_centre), np.hypot(*by_coefficients)) <= error:
             continue
-        told = (figure(float(value), error, _DIGITS) for value in (*by_centre, *by_coefficients))
-        rows.append((point.name, *told, short(float(np.hypot(*(by_centre - by_coefficients)))), short(error)))
+        numerals = (figure(float(value), error, _DIGITS) for value in (*by_centre, *by_coefficients))
+        rows.append((point.name, *numerals, short(float(np.hypot(*(by_centre - by_coefficients)))), short(error)))
     heads = ("point", "x by centre", "y by centre", "x by g", "y by g", "apart", "error")
     return columns(rows, heads) or ["  everything stands still"]
 
 
-def velocities_table(found: InstantCentres) -> Iterator[tuple[str, Array]]:
+def velocities_table(instant: InstantCentres) -> Iterator[tuple[str, Array]]:
     """Columns of a CSV: x, y, direction, rate and error of every centre, velocities of every point by its body's centre."""
-    unit = "m/s" if found.speed is not None else "1" if found.scene.sliding else "m"
-    for name, centres in found.mechanisms.items():
-        prefix = "" if len(found.mechanisms) == 1 else f"{name}."
+    unit = "m/s" if instant.speed is not None else "1" if instant.scene.sliding else "m"
+    for name, centres in instant.mechanisms.items():
+        prefix = "" if len(instant.mechanisms) == 1 else f"{name}."
         for centre in centres.centres.values():
             title = f"P({prefix}{centre.first} {prefix}{centre.second})"
             yield f"{title} x [m]", centre.place[0]
@@ -409,7 +409,7 @@ def velocities_table(found: InstantCentres) -> Iterator[tuple[str, Array]]:
                 yield f"{prefix}{point.name} velocity by centre {axis} [{unit}]", values
 
 
-def velocities_data(found: InstantCentres) -> dict[str, Any]:
+def velocities_data(centres: InstantCentres) -> dict[str, Any]:
     """The same for JSON, SI: by mechanism a list of centres and a list of velocities, with their errors."""
     return {
         name: {
@@ -425,7 +425,7 @@ def velocities_data(found: InstantCentres) -> dict[str, Any]:
                 for point in centres.velocities
             ],
         }
-        for name, centres in found.mechanisms.items()
+        for name, centres in centres.mechanisms.items()
     }
 
 
@@ -454,8 +454,8 @@ def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
     """
     trail = transient.motion.trail
     assert trail is not None
-    found = sampled(trail, *instants(trail, points, breaks))
-    return found._replace(phi=found.phi + transient.scene.origin)
+    samples = sampled(trail, *instants(trail, points, breaks))
+    return samples._replace(phi=samples.phi + transient.scene.origin)
 
 
 def transient_text(transient: Transient) -> str:
@@ -467,8 +467,8 @@ def transient_text(transient: Transient) -> str:
     headline = [*title, *wrapped(f"From {at}, {speed}: {transient.ended}.", "")]
     # Work of every load, and the balance of energy.
     energy = transient.energy
-    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
-    rows = [*given, *energy.works.items()]
+    entries = [("drive", energy.drive)] if transient.scene.drive is not None else []
+    rows = [*entries, *energy.works.items()]
     if energy.meshes:
         rows.append(("losses in meshes", -energy.meshes))
     scale = max((abs(value) for _, value in rows), default=0.0)
@@ -533,60 +533,60 @@ def _when(top: Peak, error: float = 0.0) -> str:
 
 def _motor_start(transient: Transient) -> list[str]:
     """Effect of the start on its motor, with the allowable values; empty if no current is known."""
-    found = transient.start_heat
-    if found is None or (found.current_squared is None and not found.times):
+    heat = transient.start_heat
+    if heat is None or (heat.current_squared is None and not heat.times):
         return []
-    rows = [("switched", " and ".join(f"after {figure(time, most=5)} s" for time in found.times))] if found.times else []
+    rows = [("switched", " and ".join(f"after {figure(time, most=5)} s" for time in heat.times))] if heat.times else []
     rows.append(
-        ("lasts", f"{figure(found.time, most=5)} s" + ("" if found.over else ", and is unfinished: below the rated speed"))
+        ("lasts", f"{figure(heat.time, most=5)} s" + ("" if heat.over else ", and is unfinished: below the rated speed"))
     )
-    heats = (("winding of rotor or armature", found.winding), ("resistors", found.added or None), ("stator", found.stator))
+    heats = (("winding of rotor or armature", heat.winding), ("resistors", heat.added or None), ("stator", heat.stator))
     rows += [(f"heat, {where}", f"{figure(heat, most=5)} J") for where, heat in heats if heat is not None]
-    if found.rise is not None:
-        rows.append(("rise of the windings", f"{figure(found.rise, most=4)} K from the cold motor"))
-    if found.current_squared is not None:
-        rows.append(("integral of (I/I_n)^2", f"{figure(found.current_squared, most=5)} s"))
+    if heat.rise is not None:
+        rows.append(("rise of the windings", f"{figure(heat.rise, most=4)} K from the cold motor"))
+    if heat.current_squared is not None:
+        rows.append(("integral of (I/I_n)^2", f"{figure(heat.current_squared, most=5)} s"))
     states = (
-        ("warm", found.allowed, found.share, found.starts),
-        ("cold", found.allowed_cold, found.share_cold, found.starts_cold),
+        ("warm", heat.allowed, heat.share, heat.starts),
+        ("cold", heat.allowed_cold, heat.share_cold, heat.starts_cold),
     )
     for state, allowed, share, starts in states:
         if allowed is not None and share is not None:
-            told = f"{figure(100 * share, most=4)} % of the {figure(allowed, most=5)} s that the motor bears"
+            note = f"{figure(100 * share, most=4)} % of the {figure(allowed, most=5)} s that the motor bears"
             many = (
                 "not even one such start" if not starts else f"{starts} such start{'' if starts == 1 else 's'} in succession"
             )
-            rows.append((state, f"{told}: {many}"))
+            rows.append((state, f"{note}: {many}"))
     width = max(len(name) for name, _ in rows)
-    return [f"Start of the motor: {found.title}", *(f"  {name.ljust(width)}  {value}" for name, value in rows)]
+    return [f"Start of the motor: {heat.title}", *(f"  {name.ljust(width)}  {value}" for name, value in rows)]
 
 
 def transient_table(transient: Transient, points: int, breaks: bool = False) -> Iterator[tuple[str, Array]]:
     """Every column of the CSV with the name that heads it, its unit in brackets."""
-    found, sliding = evenly(transient, points, breaks), transient.scene.sliding
+    samples, sliding = evenly(transient, points, breaks), transient.scene.sliding
     names = (
         ("x [m]", "v [m/s]", "a [m/s^2]", "F* after losses [N]")
         if sliding
         else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* after losses [N m]")
     )
-    yield "t [s]", found.t
-    yield from zip(names, (found.phi, found.omega, found.acceleration, found.moment), strict=True)
-    yield "drive [N]" if sliding else "drive torque [N m]", found.drive
-    yield "drive power [W]", found.power
-    yield "mesh losses [W]", found.loss
-    yield "kinetic energy [J]", found.kinetic
-    held = _stores(transient, found)
-    for kind, stores in (("kinetic", held.kinetic), ("potential", held.potential)) if held is not None else ():
+    yield "t [s]", samples.t
+    yield from zip(names, (samples.phi, samples.omega, samples.acceleration, samples.moment), strict=True)
+    yield "drive [N]" if sliding else "drive torque [N m]", samples.drive
+    yield "drive power [W]", samples.power
+    yield "mesh losses [W]", samples.loss
+    yield "kinetic energy [J]", samples.kinetic
+    energies = _stores(transient, samples)
+    for kind, stores in (("kinetic", energies.kinetic), ("potential", energies.potential)) if energies is not None else ():
         yield from ((f"{kind} energy {name} [J]", energy) for name, energy in stores.items())
-    if found.current is not None:
-        yield "current [A]", found.current
+    if samples.current is not None:
+        yield "current [A]", samples.current
     circuit = transient.scene.motor.circuit if transient.scene.motor is not None else None
     for name, unit, _ in () if circuit is None else circuit.names:
-        if found.states is not None and name != "current":
-            yield f"{name.replace('_', ' ')} [{unit}]", found.states[name]
+        if samples.states is not None and name != "current":
+            yield f"{name.replace('_', ' ')} [{unit}]", samples.states[name]
 
 
-def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
+def _stores(transient: Transient, samples: Samples, off: float = 0.0) -> StoredEnergy | None:
     """Energy of bodies, springs and weights along a motion; None if shafts twist, so that one angle is not enough.
 
     off: shift of position and speed, in multiples of their errors.
@@ -595,26 +595,26 @@ def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEne
     if scene.compliances:
         return None
     way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
-    phi = found.phi + off * motion.error * way
+    phi = samples.phi + off * motion.error * way
     phi = phi if stroke is None else np.clip(phi, stroke.start, stroke.end)
-    omega = found.omega + off * motion.error * float(np.abs(motion.omega).max())
+    omega = samples.omega + off * motion.error * float(np.abs(motion.omega).max())
     return stored_energy(scene, phi, omega, flywheel=transient.inertia or 0.0)
 
 
 def _stored(transient: Transient, samples: Samples) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
     """Stored energies, and estimated errors: their own, and the changes by the motion's errors to either side."""
-    held, *beside = (_stores(transient, samples, off) for off in (0.0, 1.0, -1.0))
-    if held is None:
+    stores, *beside = (_stores(transient, samples, off) for off in (0.0, 1.0, -1.0))
+    if stores is None:
         return None, None
-    found: dict[str, Any] = {"kinetic": held.kinetic, "potential": held.potential}
+    energies: dict[str, Any] = {"kinetic": stores.kinetic, "potential": stores.potential}
     errors = {
         kind: {
-            name: held.errors[name] + np.max([np.abs(getattr(other, kind)[name] - value) for other in beside], axis=0)
+            name: stores.errors[name] + np.max([np.abs(getattr(other, kind)[name] - value) for other in beside], axis=0)
             for name, value in values.items()
         }
-        for kind, values in found.items()
+        for kind, values in energies.items()
     }
-    return found, errors
+    return energies, errors
 
 
 def transient_csv(transient: Transient, points: int, breaks: bool = False) -> str:

@@ -88,7 +88,7 @@ def reduced(
     state = reduce(machine, phi, balance=value, speed=at)
     at = at if machine.depends_on_speed else None
     if as_json:
-        off = constant_speed.operating_point_errors(machine, at, given=speed is not None)
+        off = constant_speed.operating_point_errors(machine, at, fixed=speed is not None)
         text = encoded(_data(machine, phi, state, value, at, off))
     else:
         text = csv(chain(_columns(machine, phi, state), _position_columns(machine, phi, _bodies(machine, phi))))
@@ -105,21 +105,21 @@ def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
     record = motion(machine.scene, at=phi)
     ports = {own: name for name, own in record.other_names.items() if name in machine.places}
     mechanisms = [mechanism.name for mechanism in machine.scene.mechanisms]
-    found = {}
+    bodies = {}
     for own, curve in record.curves.items():
         whole = own in machine.scene.shafts or own == machine.scene.reduction_element or len(mechanisms) > 1
         if own.endswith(".com") or (curve.kind != POINT and not own.endswith(".angle")):
-            found[ports.get(own, own if whole else f"{mechanisms[0]}.{own}")] = curve
-    return found
+            bodies[ports.get(own, own if whole else f"{mechanisms[0]}.{own}")] = curve
+    return bodies
 
 
 def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> dict[str, Array]:
     """A figure of every curve; of points one along x and one along y: `NAME.x` and `NAME.y`."""
-    found: dict[str, Array] = {}
+    by_axis: dict[str, Array] = {}
     for name, curve in bodies.items():
         values = figure(curve)
-        found |= {f"{name}.x": values[0], f"{name}.y": values[1]} if curve.kind == POINT else {name: values}
-    return found
+        by_axis |= {f"{name}.x": values[0], f"{name}.y": values[1]} if curve.kind == POINT else {name: values}
+    return by_axis
 
 
 def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
@@ -141,7 +141,7 @@ def _data(
 
     off: relative errors of speed and balance.
     """
-    unknown, found, held = machine.scene.unknown, _bodies(machine, phi), stored_energy(machine, phi)
+    unknown, bodies, energy = machine.scene.unknown, _bodies(machine, phi), stored_energy(machine, phi)
     off_speed, off_balance = off
     return {
         "title": machine.scene.title,
@@ -151,11 +151,11 @@ def _data(
         "speed": speed,
         **state._asdict(),
         "phi": phi,
-        "positions": _by_axis(found, lambda curve: curve.position),
-        "potential_energy": held.potential,
+        "positions": _by_axis(bodies, lambda curve: curve.position),
+        "potential_energy": energy.potential,
         "errors": {
-            "potential_energy": {name: held.errors[name] for name in held.potential},
-            "positions": _by_axis(found, lambda curve: curve.errors[0]),
+            "potential_energy": {name: energy.errors[name] for name in energy.potential},
+            "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
             "balance": None if unknown is None else abs(balance) * off_balance,
             "speed": None if speed is None else speed * off_speed,
             **state_errors(machine, state, balance=0.0 if unknown is None else balance, speed=speed),
@@ -180,7 +180,7 @@ def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage:
     """JSON that `flywheel reduce --json` prints for a stroke, SI; without a speed it has no velocities and accelerations."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
     figures = {**state._asdict(), "driving": passage and passage.driving}
-    bodies, held = _bodies(machine, state.phi), stored_energy(machine, state.phi)
+    bodies, energy = _bodies(machine, state.phi), stored_energy(machine, state.phi)
     rates: dict[str, Any] = dict.fromkeys(("velocities", "accelerations"))
     if passage is None:
         errors = {**state_errors(machine, state), "driving": None, **rates}
@@ -204,9 +204,9 @@ def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage:
         **{names.get(name, name): figure for name, figure in figures.items()},
         **rates,
         "positions": _by_axis(bodies, lambda curve: curve.position),
-        "potential_energy": held.potential,
+        "potential_energy": energy.potential,
         "errors": {
-            "potential_energy": {name: held.errors[name] for name in held.potential},
+            "potential_energy": {name: energy.errors[name] for name in energy.potential},
             **{names.get(name, name): error for name, error in errors.items()},
             "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
         },
@@ -265,8 +265,8 @@ def machine_graph(loaded: Scene, *, simplified: bool = False) -> tuple[BondGraph
     graph, left_out = graph_with_flywheel(machine_of(loaded))
     if not simplified:
         return graph, (*left_out, "") if left_out else ()
-    found = bondgraph.simplify(graph, keep=(loaded.reduction_element,))
-    return found.graph, (*left_out, *(str(action) for action in found.log), "")
+    simple = bondgraph.simplify(graph, keep=(loaded.reduction_element,))
+    return simple.graph, (*left_out, *(str(action) for action in simple.log), "")
 
 
 def graph_table(graph: BondGraph, form: str) -> str:
@@ -321,9 +321,9 @@ def graph_map(graph: BondGraph, scene: Scene) -> tuple[MapRow, ...]:
         part = f"{mechanism}.{body}" if mechanism else body if body == "slide" else _("shaft {name}", name=body)
         what, _on, place = element.part.partition(" on ")
         if element.part:
-            known = {FLYWHEEL: _("flywheel"), FRICTION: _("friction in joints"), SPEED: _("imposed speed")}
-            if element.part in known:
-                rows.append(MapRow(known[element.part], name, known[element.part]))
+            special_names = {FLYWHEEL: _("flywheel"), FRICTION: _("friction in joints"), SPEED: _("imposed speed")}
+            if element.part in special_names:
+                rows.append(MapRow(special_names[element.part], name, special_names[element.part]))
             elif element.part.startswith(("weight of ", "twist of ")):
                 what, _of, of = element.part.partition(" of ")
                 part = of if what == "weight" else _("shaft {name}", name=of)
@@ -421,11 +421,11 @@ def forces_text(scene: Scene, forces: JointForces, dense: JointForces | None = N
     heading = f"forces in the joints, by the position of the {scene.reduction_element}"
     blocks = [f"{scene.title or 'Machine'}: {heading}"]
     closer = cleared(dense).mechanisms if dense else {}
-    for name, found in cleared(forces, dense).mechanisms.items():
+    for name, reactions in cleared(forces, dense).mechanisms.items():
         more = _by_position(scene, dense, closer[name]) if dense else None
         title = f"{name}: what the first body of each joint does to its second"
-        table = _by_position(scene, forces, found).table(more).rstrip("\n")
-        blocks += [f"{title}\n{'=' * len(title)}", table, *_notes(found)]
+        table = _by_position(scene, forces, reactions).table(more).rstrip("\n")
+        blocks += [f"{title}\n{'=' * len(title)}", table, *_notes(reactions)]
     return "\n\n".join([*blocks, *forces.messages]) + "\n"
 
 
@@ -439,7 +439,7 @@ def _by_position(scene: Scene, forces: JointForces, reactions: Reactions) -> Rea
 def forces_messages(scene: Scene, forces: JointForces) -> tuple[str, ...]:
     """Messages on forces: on their motion, then on positions with a lifted cam or locking friction."""
     every = forces.mechanisms.values()
-    return (*forces.messages, *(line for found in every for line in _by_position(scene, forces, found).findings()))
+    return (*forces.messages, *(line for reactions in every for line in _by_position(scene, forces, reactions).findings()))
 
 
 def curves_text(
@@ -469,7 +469,7 @@ def curves_text(
     extents = [row for curve in force_curves(closer, of, components) if (row := _extent(curve, where))]
     title = "least and greatest" if dense else "least and greatest of these positions"
     blocks.append("\n".join((title, *columns(extents))))
-    notes = [note for found in forces.mechanisms.values() for note in _notes(found)]
+    notes = [note for reactions in forces.mechanisms.values() for note in _notes(reactions)]
     return "\n\n".join([*blocks, *notes, *forces_messages(scene, forces)]) + "\n"
 
 
@@ -487,9 +487,9 @@ def _extent(curve: ForceCurve, where: CurveAxis) -> list[str]:
 
 def cleared(forces: JointForces, dense: JointForces | None = None) -> JointForces:
     """Forces for text, with 0 for rounding compared with the machine's largest force, also among those of `dense`."""
-    scales = [found.scales() for found in (dense or forces).mechanisms.values()]
+    scales = [reactions.scales() for reactions in (dense or forces).mechanisms.values()]
     largest = max(force for force, _ in scales), max(moment for _, moment in scales)
-    return forces._replace(mechanisms={name: found.cleared(largest) for name, found in forces.mechanisms.items()})
+    return forces._replace(mechanisms={name: reactions.cleared(largest) for name, reactions in forces.mechanisms.items()})
 
 
 def _notes(reactions: Reactions) -> Iterator[str]:
@@ -527,8 +527,8 @@ def forces_csv(
                 part = DRIVE if curve.component == DRIVING else curve.component
                 yield f"{curve.mechanism}.{curve.joint}.{part} [{curve.unit}]", curve.values
             return
-        for name, found in forces.mechanisms.items():
-            for part, unit, values in list(found.columns())[1:]:
+        for name, reactions in forces.mechanisms.items():
+            for part, unit, values in list(reactions.columns())[1:]:
                 yield f"{name}.{part} [{unit}]", values
 
     return csv(columns())
@@ -546,7 +546,7 @@ def forces_json(
     of_motion: dict[str, Any] = {name: np.broadcast_to(getattr(off, name), shape) for name in ("phi", "omega", "alpha")}
     of_motion["t"] = None if motion.time is None else np.broadcast_to(off.time, shape)
     curves = force_curves(forces, of, components)
-    wanted = {(c.mechanism, c.joint, c.component) for c in curves} if of or components else None
+    selection = {(c.mechanism, c.joint, c.component) for c in curves} if of or components else None
     data: dict[str, Any] = {
         "title": scene.title,
         "reduction": scene.reduction_element,
@@ -555,18 +555,21 @@ def forces_json(
         "phi": motion.phi,
         "omega": motion.omega,
         "alpha": motion.alpha,
-        "mechanisms": {name: _only(name, _as_dict(found), wanted) for name, found in forces.mechanisms.items()},
-        "errors": {**of_motion, "mechanisms": {name: _only(name, found, wanted) for name, found in errors.items()}},
+        "mechanisms": {name: _only(name, _as_dict(reactions), selection) for name, reactions in forces.mechanisms.items()},
+        "errors": {
+            **of_motion,
+            "mechanisms": {name: _only(name, reactions, selection) for name, reactions in errors.items()},
+        },
         "messages": list(forces_messages(scene, forces)),
     }
     return encoded(data, indent=2)
 
 
-def _only(mechanism: str, figures: dict[str, Any], wanted: set[tuple[str, str, str]] | None) -> dict[str, Any]:
+def _only(mechanism: str, figures: dict[str, Any], selection: set[tuple[str, str, str]] | None) -> dict[str, Any]:
     """Figures of the selected joints and components: mechanism, joint, component; all if None."""
-    if wanted is None:
+    if selection is None:
         return figures
-    mine = {(joint, part) for name, joint, part in wanted if name == mechanism}
+    mine = {(joint, part) for name, joint, part in selection if name == mechanism}
     joints = {}
     for joint, parts in figures["joints"].items():
         kept = {part: value for part, value in parts.items() if (joint, part) in mine}

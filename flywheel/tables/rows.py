@@ -72,9 +72,12 @@ class TradeUnits(NamedTuple):
         ('80 mm', '3.15 in')
         """
         scale = self._scale(value, kind)
-        found = value / scale.size
+        converted = value / scale.size
         most = min(most, self.digits)
-        return Shown(number(f"{found:.0f}" if 10.0**most <= abs(found) < _LONGEST else figure(found, most=most)), scale.name)
+        return Shown(
+            number(f"{converted:.0f}" if 10.0**most <= abs(converted) < _LONGEST else figure(converted, most=most)),
+            scale.name,
+        )
 
     def unit(self, kind: str) -> str:
         """The unit at the head of a column of figures of one kind: the one for small values."""
@@ -223,9 +226,9 @@ def wrapped(sentence: str, indent: str = "  ", first: str | None = None) -> list
     return wrap(printable(sentence), WIDTH, initial_indent=head, subsequent_indent=indent)
 
 
-def sentences(found: Iterable[str], indent: str = "  ") -> list[str]:
+def sentences(texts: Iterable[str], indent: str = "  ") -> list[str]:
     """Sentences as lines of a text, each from a new line on."""
-    return [line for sentence in found for line in wrapped(sentence, indent)]
+    return [line for sentence in texts for line in wrapped(sentence, indent)]
 
 
 def rpm(speed: float) -> str:
@@ -313,7 +316,7 @@ def short_names(paths: Iterable[str]) -> dict[str, str]:
     >>> short_names(["mechanism.crank.length", "mechanism.rod.length"])
     {'mechanism.crank.length': 'crank.length', 'mechanism.rod.length': 'rod.length'}
     """
-    found = {}
+    names = {}
     every = list(paths)
     for path in every:
         parts = path.split(".")
@@ -322,8 +325,8 @@ def short_names(paths: Iterable[str]) -> dict[str, str]:
             same = [other for other in every if other == name or other.endswith(f".{name}")]
             if len(same) == 1 and not name[0].isdigit():
                 break
-        found[path] = name
-    return found
+        names[path] = name
+    return names
 
 
 def place(name: str, *, article: bool = False) -> str:

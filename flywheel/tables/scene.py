@@ -63,9 +63,9 @@ def scene_rows(scene: Scene) -> list[str]:
             rows.append(("", _("and {n} more", n=more)))
     width = max((len(name) for name, _row in rows), default=0)
     lines = [_("Input summary")] if rows else []
-    for name, told in rows:
+    for name, text in rows:
         head = f"  {name.ljust(width)}  "
-        lines += wrapped(told, " " * len(head), head)
+        lines += wrapped(text, " " * len(head), head)
     return lines
 
 
@@ -74,8 +74,8 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
     if scene.areas is not None:
         values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST_ROWS])
         more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST_ROWS else ""
-        told = _("{values}, times {scale}", values=values + more, scale=units.read(scene.areas.scale, "energy"))
-        yield SceneLine("areas", _("areas"), "", told)
+        text = _("{values}, times {scale}", values=values + more, scale=units.read(scene.areas.scale, "energy"))
+        yield SceneLine("areas", _("areas"), "", text)
     for m in scene.mechanisms:
         yield _mechanism(m, units)
     for name, ratio in scene.shafts.items():
@@ -122,13 +122,13 @@ def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLi
     """Torque, angle and times of both."""
     clutch, brake = plan.clutch, plan.brake
     words = {"torque": units.read(clutch.torque, "torque"), "angle": units.read(clutch.disengage, "angle")}
-    told = [_("{torque}, released at {angle}", **words)]
+    texts = [_("{torque}, released at {angle}", **words)]
     if clutch.static_torque != clutch.torque:
-        told.append(_("holds {torque}", torque=units.read(clutch.static_torque, "torque")))
-    yield SceneLine("clutch", _("clutch"), _on(clutch.on), ", ".join([*told, *_ramps(clutch, units)]))
+        texts.append(_("holds {torque}", torque=units.read(clutch.static_torque, "torque")))
+    yield SceneLine("clutch", _("clutch"), _on(clutch.on), ", ".join([*texts, *_ramps(clutch, units)]))
     words = {"torque": units.read(brake.torque, "torque"), "angle": units.read(brake.engage, "angle")}
-    told = [_("{torque}, applied at {angle}", **words)]
-    yield SceneLine("brake", _("brake"), _on(brake.on), ", ".join([*told, *_ramps(brake, units)]))
+    texts = [_("{torque}, applied at {angle}", **words)]
+    yield SceneLine("brake", _("brake"), _on(brake.on), ", ".join([*texts, *_ramps(brake, units)]))
 
 
 def _ramps(part: Clutch | Brake, units: TradeUnits) -> Iterator[str]:
@@ -184,7 +184,7 @@ def _turns(place: str, scene: Scene) -> bool:
         return offered(mechanism.linkage, [point.name for point in mechanism.points])[port]
     if mechanism.outputs:
         return next(output.rotating for output in mechanism.outputs if output.name == port)
-    return next(known.rotating for known in KINDS[mechanism.type].ports if known.name == port)
+    return next(own.rotating for own in KINDS[mechanism.type].ports if own.name == port)
 
 
 def _mechanism(mechanism: Mechanism, units: TradeUnits) -> SceneLine:
@@ -194,8 +194,8 @@ def _mechanism(mechanism: Mechanism, units: TradeUnits) -> SceneLine:
     if mechanism.linkage is not None:
         return SceneLine("mechanism", label, head, "; ".join(_links(mechanism.linkage, units)), phase)
     outputs = [f"{o.name} {_mass(o.inertia, o.rotating, units)}" if o.inertia else o.name for o in mechanism.outputs]
-    told = "; ".join([*_parts(mechanism.geometry, mechanism.bodies, units), *outputs])
-    return SceneLine("mechanism", label, head, told, phase)
+    text = "; ".join([*_parts(mechanism.geometry, mechanism.bodies, units), *outputs])
+    return SceneLine("mechanism", label, head, text, phase)
 
 
 def _parts(geometry: Mapping[str, float], bodies: Mapping[str, Body], units: TradeUnits) -> Iterator[str]:

@@ -129,13 +129,13 @@ def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
 
 def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
     inertia = system.shown(result.inertia, "inertia", result.error.get("inertia", 0.0))
-    given = _("given") if result.given else _("sized")
-    names, rows = limit_names(), [Row(_("inertia"), *inertia, given)]
+    origin = _("given") if result.given else _("sized")
+    names, rows = limit_names(), [Row(_("inertia"), *inertia, origin)]
     for name, limit in result.limits.items():
         reached = number(figure(_PERCENT * limit.reached, _PERCENT * limit.reached_error * limit.reached, 5))
         lone = system.shown(limit.alone, "inertia", limit.alone_error * limit.alone)
-        asked = number(figure(_PERCENT * limit.asked, most=5))
-        alone = _("of {asked} %; alone it needs {inertia}", asked=asked, inertia=lone)
+        limit_value = number(figure(_PERCENT * limit.asked, most=5))
+        alone = _("of {asked} %; alone it needs {inertia}", asked=limit_value, inertia=lone)
         rows.append(Row(names[name], reached, "%", alone))
     decides = (_("{limit} decides.", limit=names[result.binding]),) if result.binding else ()
     return Block("flywheel", _("Flywheel on {shaft}", shaft=result.on), tuple(rows), sentences=decides)

@@ -169,8 +169,8 @@ def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Li
     """
     refuse(wrong_point(rated) + wrong_point(Point(no_load_speed, rated.torque), "no_load_speed"))
     if not rated.speed < no_load_speed:
-        found, expected = f"{rated.speed:.6g} rad/s", f"a rated speed below the no-load speed of {no_load_speed:.6g} rad/s"
-        raise SceneError([Fault("speed", found, expected)])
+        defect, expected = f"{rated.speed:.6g} rad/s", f"a rated speed below the no-load speed of {no_load_speed:.6g} rad/s"
+        raise SceneError([Fault("speed", defect, expected)])
     fall = rated.torque / (no_load_speed - rated.speed)
     return Line(at_rest=fall * no_load_speed, fall=fall, nameplate=rated, inertia=inertia)
 
@@ -219,8 +219,8 @@ class Curve(Motor):
         for name, column in (("speed", self.speeds), ("torque", self.torques)):
             faults += [fault for i, number in enumerate(column) for fault in number_faults(f"{name}[{i}]", number)]
         if len(self.speeds) != len(self.torques):
-            found = f"{len(self.speeds)} speeds and {len(self.torques)} torques"
-            faults.append(Fault("torque", found, "the same number of both"))
+            defect = f"{len(self.speeds)} speeds and {len(self.torques)} torques"
+            faults.append(Fault("torque", defect, "the same number of both"))
         if not 2 <= len(self.speeds) <= MOST_ROWS:
             faults.append(Fault("speed", f"{len(self.speeds)} rows", f"2 to {MOST_ROWS}"))
         if self.interpolation not in INTERPOLATIONS:
@@ -229,8 +229,8 @@ class Curve(Motor):
         refuse(faults)
         for i, (left, right) in enumerate(pairwise(self.speeds), 1):
             if not left < right:
-                found = f"{right:.6g} rad/s after {left:.6g} rad/s"
-                faults.append(Fault(f"speed[{i}]", found, "speeds that ascend", "at one speed a motor has one torque"))
+                defect = f"{right:.6g} rad/s after {left:.6g} rad/s"
+                faults.append(Fault(f"speed[{i}]", defect, "speeds that ascend", "at one speed a motor has one torque"))
         if max(self.torques) <= 0:
             faults.append(Fault("torque", f"{max(self.torques):.6g} N m at most", "a torque above 0 somewhere"))
         refuse(faults[:5])
@@ -486,9 +486,9 @@ class Hydraulic(Motor):
         faults = wrong_numbers(self, ("displacement", "flow", "pressure", *shares), ("override",))
         refuse(faults)
         if not self.volumetric_efficiency < 1:
-            found = f"{self.volumetric_efficiency:g}"
+            defect = f"{self.volumetric_efficiency:g}"
             faults.append(
-                Fault("volumetric_efficiency", found, "a share below 1", "without leakage torque is no law of speed")
+                Fault("volumetric_efficiency", defect, "a share below 1", "without leakage torque is no law of speed")
             )
         if not self.mechanical_efficiency <= 1:
             faults.append(Fault("mechanical_efficiency", f"{self.mechanical_efficiency:g}", "a share of 1 at most"))

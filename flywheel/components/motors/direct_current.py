@@ -171,17 +171,17 @@ class DC(Motor):
         off += shaft.ratio * self.constant / self.resistance * float(shaft.speed_error(omega).max())
         if self.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
             error += 2 * self.resistance * float(np.sqrt(mean / self.resistance)) * float(cells.tails(series).max())
-        found, relative = figure_and_error(mean, error, self.copper_heat(locked))
+        figure, relative = figure_and_error(mean, error, self.copper_heat(locked))
         peak, of_peak = figure_and_error(cells.largest(series), off, locked)
         errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
         share, rated = None, self.rated_current
         if rated is not None:
-            share = found / self.copper_heat(rated)
+            share = figure / self.copper_heat(rated)
             errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
         return {
-            "current_rms": float(np.sqrt(found / self.resistance)),
+            "current_rms": float(np.sqrt(figure / self.resistance)),
             "current_peak": peak,
-            "copper_heat": found,
+            "copper_heat": figure,
             "copper_heat_share": share,
             "errors": errors,
         }
@@ -189,12 +189,12 @@ class DC(Motor):
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"), W."""
         current = self.current_of_torque(omega, torque)
-        found = {"copper": self.copper_heat(current)}
+        losses = {"copper": self.copper_heat(current)}
         if self.friction:
-            found["windage"] = self.friction * omega * omega
+            losses["windage"] = self.friction * omega * omega
         if self.inductance:
-            found["inductance"] = self.inductance * current * self.current_rate(omega, current)
-        return found
+            losses["inductance"] = self.inductance * current * self.current_rate(omega, current)
+        return losses
 
     def with_resistance(self, share: float) -> DC:
         """The motor with a resistance before its armature, over the armature's own."""
@@ -208,9 +208,9 @@ class DC(Motor):
 
     def _check_inductance(self) -> None:
         if self.inductance:
-            found = f"an armature with an inductance of {self.inductance:g} H"
+            defect = f"an armature with an inductance of {self.inductance:g} H"
             advice = "over a start the current follows the speed at once: leave the inductance out"
-            raise SceneError([Fault("type", found, "a motor without inductance together with a start by steps", advice)])
+            raise SceneError([Fault("type", defect, "a motor without inductance together with a start by steps", advice)])
 
     def facts(self) -> Iterator[Fact]:
         """The motor's constants, and the straight line that follows from them."""
@@ -393,8 +393,8 @@ def dc_from_plate(
     refuse(number_faults("current", current, "a finite number above 0"))
     losses = voltage * current - rated.power
     if losses <= 0:
-        found = f"{rated.power:.6g} W at the shaft of {voltage * current:.6g} W at the terminals"
-        raise SceneError([Fault("power", found, "less than voltage times current", "efficiency is below 1")])
+        defect = f"{rated.power:.6g} W at the shaft of {voltage * current:.6g} W at the terminals"
+        raise SceneError([Fault("power", defect, "less than voltage times current", "efficiency is below 1")])
     resistance = armature_share * losses / current**2
     return DC(
         voltage=voltage,
@@ -487,9 +487,9 @@ class Servo(Motor):
         refuse(faults)
         for name, at, torque in (("standstill torque", 0.0, self.at_rest), ("rated torque", *self.rated)):
             if float(self.peak(at)) < torque:
-                found = f"a peak curve with {float(self.peak(at)):.6g} N m at {_rpm(at)}"
+                defect = f"a peak curve with {float(self.peak(at)):.6g} N m at {_rpm(at)}"
                 advice = "the continuous curve lies within the peak curve"
-                faults.append(Fault("peak_torque", found, f"at least the {name} of {torque:g} N m", advice))
+                faults.append(Fault("peak_torque", defect, f"at least the {name} of {torque:g} N m", advice))
         refuse(faults[:1] + ([] if self.inverter is None else self.inverter.faults()))
 
     @property
@@ -603,9 +603,9 @@ class Servo(Motor):
             return self.torque(shaft.ratio * omega), shaft.ratio * np.abs(self.slope_at(shaft.ratio * omega))
 
         mean, error, _ = shaft.mean_over_time(heat)
-        found, relative = figure_and_error(mean, error, self.losses)
+        figure, relative = figure_and_error(mean, error, self.losses)
         errors = {"copper_heat": relative, "copper_heat_share": relative + 8 * ROUNDING}
-        figures: dict[str, Any] = {"copper_heat": found, "copper_heat_share": found / self.losses}
+        figures: dict[str, Any] = {"copper_heat": figure, "copper_heat_share": figure / self.losses}
         if self.torque_constant is not None:
             square, off, _ = shaft.mean_square(torque)
             least, most, of_peak = shaft.extremes(torque)
@@ -621,10 +621,10 @@ class Servo(Motor):
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """Copper losses ("copper"), and those that depend on speed ("iron"), W."""
         copper = self.losses * (torque / self.at_rest) ** 2
-        found = {"copper": copper}
+        losses = {"copper": copper}
         if self.at_rest > self.continuous_torque:
-            found["iron"] = self.losses_at(omega, torque) - copper
-        return found
+            losses["iron"] = self.losses_at(omega, torque) - copper
+        return losses
 
     def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
         """T omega and the losses, W."""

@@ -164,9 +164,9 @@ def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float 
     cosine, current, efficiency = plate.power_factor, plate.current, plate.efficiency
     apparent = None if plate.voltage is None or current is None else math.sqrt(3.0) * plate.voltage * current
     if apparent is not None and cosine is not None and efficiency is not None:
-        found = apparent * cosine * efficiency
-        if abs(found - power) > PLATE_ROUNDING * power:
-            product = f"{found:.5g} W of sqrt(3) voltage current power_factor efficiency"
+        power_from_plate = apparent * cosine * efficiency
+        if abs(power_from_plate - power) > PLATE_ROUNDING * power:
+            product = f"{power_from_plate:.5g} W of sqrt(3) voltage current power_factor efficiency"
             advice = "check the voltage (between lines) and the current (of that connection)"
             expected = f"the rated power of {power:.5g} W, but for rounding"
             raise SceneError([Fault("efficiency", product, expected, advice)])
@@ -175,15 +175,15 @@ def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float 
     elif apparent is not None and efficiency is not None:
         cosine = power / (apparent * efficiency)
         if not cosine < 1:
-            found_at, expected = f"{power / efficiency:.5g} W drawn of {apparent:.5g} V A", "less power than sqrt(3) U I"
-            raise SceneError([Fault("current", found_at, expected, "power_factor is below 1")])
+            defect, expected = f"{power / efficiency:.5g} W drawn of {apparent:.5g} V A", "less power than sqrt(3) U I"
+            raise SceneError([Fault("current", defect, expected, "power_factor is below 1")])
     elif plate.voltage is not None and cosine is not None and efficiency is not None:
         current = power / (math.sqrt(3.0) * plate.voltage * cosine * efficiency)
     if efficiency is not None and not efficiency < 1.0 - rated_slip:
-        found_at = f"{efficiency:.4g}" if plate.efficiency is not None else f"an efficiency of {efficiency:.4g}"
+        defect = f"{efficiency:.4g}" if plate.efficiency is not None else f"an efficiency of {efficiency:.4g}"
         expected = f"below {1.0 - rated_slip:.4g}, the limit set by the rotor's loss at a slip of {rated_slip:.3g}"
         where = "efficiency" if plate.efficiency is not None else "current"
-        raise SceneError([Fault(where, found_at, expected, "check power, voltage, current and power_factor")])
+        raise SceneError([Fault(where, defect, expected, "check power, voltage, current and power_factor")])
     return cosine, current, efficiency
 
 
@@ -256,26 +256,26 @@ class Induction(Motor):
             field = 2 * math.pi * self.frequency  # of two poles
             pairs = math.floor(field / self.speed)
             fitting = pairs < 100 and 0.0 < 1 - self.speed * pairs / field <= MOST_SLIP
-            found = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
-            wanted = (
+            defect = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
+            expected = (
                 f"a little less than the {_rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
             )
             advice = f"a motor of this speed has {2 * pairs} poles" if fitting else ""
-            raise SceneError([Fault("speed", found, wanted, advice)])
+            raise SceneError([Fault("speed", defect, expected, advice)])
         self._check_plate()
 
     def _check_plate(self) -> None:
         """Refuses data of the plate that are out of range, or contradict the rest."""
-        given = {name: value for name, value in self.plate._asdict().items() if value is not None}
-        faults = [fault for name, value in given.items() for fault in number_faults(name, value, POSITIVE)]
+        plate = {name: value for name, value in self.plate._asdict().items() if value is not None}
+        faults = [fault for name, value in plate.items() for fault in number_faults(name, value, POSITIVE)]
         shares = ("power_factor", "efficiency", "stator_share")
-        faults += [Fault(name, f"{given[name]:g}", "a share of 1 at most") for name in shares if not given.get(name, 0) <= 1]
+        faults += [Fault(name, f"{plate[name]:g}", "a share of 1 at most") for name in shares if not plate.get(name, 0) <= 1]
         refuse(faults)
         start, current = self.plate.starting_torque, self.plate.starting_current
         if (start is not None or current is not None) and not self.own_breakdown_slip < 1:
-            found = f"with a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
+            defect = f"with a breakdown at a slip of {self.own_breakdown_slip:.3g}, which lies beyond rest"
             name = "starting_torque" if start is not None else "starting_current"
-            faults.append(Fault(name, found, "none: rest lies on the running branch", "leave it out, or check the speed"))
+            faults.append(Fault(name, defect, "none: rest lies on the running branch", "leave it out, or check the speed"))
         elif start is not None and start > self.breakdown_ratio:
             expected = f"the breakdown_ratio of {self.breakdown_ratio:g} at most, which is the greatest"
             faults.append(Fault("starting_torque", f"{start:g} of the rated torque", expected))
@@ -324,8 +324,8 @@ class Induction(Motor):
         """A rated slip beyond the usual, which another frequency or number of poles may explain."""
         if self.rated_slip <= USUAL_SLIP:
             return ()
-        told = f"the motor's rated slip is {self.rated_slip:.3g}, as {self.poles:g} poles at {self.frequency:g} Hz turn at"
-        return (f"{told} {_rpm(self.synchronous_speed)} without load: check its speed, frequency and poles",)
+        doubt = f"the motor's rated slip is {self.rated_slip:.3g}, as {self.poles:g} poles at {self.frequency:g} Hz turn at"
+        return (f"{doubt} {_rpm(self.synchronous_speed)} without load: check its speed, frequency and poles",)
 
     @property
     def no_load_speed(self) -> float:
@@ -392,8 +392,8 @@ class Induction(Motor):
         [6.5, 1.0, 0.4105]
         """
         speeds = np.asarray(omega, dtype=float)
-        found: Array = np.zeros_like(speeds) + self._share_law.evaluate({"omega": speeds}, np)
-        return found
+        shares: Array = np.zeros_like(speeds) + self._share_law.evaluate({"omega": speeds}, np)
+        return shares
 
     @cached_property
     def _share_law(self) -> Expression:
@@ -509,10 +509,10 @@ class Induction(Motor):
             return self.rotor_heat(speed), shaft.ratio * np.abs(slope)
 
         mean, error, _ = shaft.mean_over_time(heat)
-        found, relative = figure_and_error(mean, error, float(self.rotor_heat(0.0)))
+        figure, relative = figure_and_error(mean, error, float(self.rotor_heat(0.0)))
         rated = self.rated_heat
         errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / self.rated_slip}
-        figures: dict[str, Any] = {"rotor_heat": found, "rotor_heat_share": found / rated}
+        figures: dict[str, Any] = {"rotor_heat": figure, "rotor_heat_share": figure / rated}
         if not self.line_current.complete:
             return {**figures, "errors": errors}
         mean, error, _ = shaft.mean_square(shaft.current_law)
@@ -533,18 +533,18 @@ class Induction(Motor):
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """T (omega_s - omega) ("rotor"), and with an efficiency the stator's copper and constant losses ("iron"), W."""
         stator, constant = self.stator_heat(omega), self.constant_losses
-        known = {}
+        losses = {}
         if stator is not None and constant is not None:
-            known = {"stator": stator, "iron": constant * self.constant_share(omega)}
-        return known | {"rotor": torque * self.slip_speed(omega)}
+            losses = {"stator": stator, "iron": constant * self.constant_share(omega)}
+        return losses | {"rotor": torque * self.slip_speed(omega)}
 
     def with_resistance(self, share: float) -> Induction:
         """The motor with resistors behind its slip rings."""
-        given = [name for name in ("starting_torque", "starting_current") if getattr(self.plate, name) is not None]
-        if given:
+        names = [name for name in ("starting_torque", "starting_current") if getattr(self.plate, name) is not None]
+        if names:
             expected = "none with resistance steps"
             advice = "it is a correction for cage rotors; a rotor with slip rings follows Kloss's formula"
-            raise SceneError([Fault("type", f"a motor with {' and '.join(given)}", expected, advice)])
+            raise SceneError([Fault("type", f"a motor with {' and '.join(names)}", expected, advice)])
         return replace(self, added_resistance=share)
 
     def facts(self) -> Iterator[Fact]:

@@ -79,9 +79,9 @@ class InverterInduction(Induction):
             faults.append(Fault("inverter.torque_limit", f"{limit:g} of the rated torque", expected))
         if not self.rated_heat < self.breakdown_torque * self._breakdown_reach:
             most = own.weakening * math.sqrt(self.mains.breakdown_torque * self._breakdown_reach / self.rated_heat)
-            found = f"{own.frequency:g} Hz, with the field weakened from {own.weakening:g} Hz on"
+            defect = f"{own.frequency:g} Hz, with the field weakened from {own.weakening:g} Hz on"
             advice = "at that the motor breaks down before it has its rated heat"
-            faults.append(Fault("inverter.frequency", found, f"below {most:.4g} Hz", advice))
+            faults.append(Fault("inverter.frequency", defect, f"below {most:.4g} Hz", advice))
         refuse(faults)
 
     @cached_property
@@ -163,8 +163,8 @@ class InverterInduction(Induction):
         share = self.inverter.frequency / self.frequency
         if share >= OWN_FAN:
             return self.mains.doubts
-        told = f"at {share:.0%} of its rated frequency the motor's own fan cools it less than its rating assumes"
-        return (*self.mains.doubts, f"{told}: ask its maker for the torque it bears there, or give it a fan of its own")
+        doubt = f"at {share:.0%} of its rated frequency the motor's own fan cools it less than its rating assumes"
+        return (*self.mains.doubts, f"{doubt}: ask its maker for the torque it bears there, or give it a fan of its own")
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""

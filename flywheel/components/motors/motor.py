@@ -82,8 +82,8 @@ class Shaft(Protocol):
 
 def figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
     """A figure and its relative error; 0, and the error as a share of its scale, if it is within its error."""
-    found = 0.0 if abs(value) <= error else value
-    return found, error / (abs(found) or scale)
+    figure = 0.0 if abs(value) <= error else value
+    return figure, error / (abs(figure) or scale)
 
 
 class Point(NamedTuple):
@@ -324,16 +324,16 @@ class Inverter(NamedTuple):
         """The faults of its own numbers, by the scene's keys."""
         named = {"frequency": self.frequency, "field_weakening_from": self.weakening, "overcurrent": self.overcurrent}
         named |= {name: value for name in ("torque_limit", "chopper_power") if (value := getattr(self, name)) is not None}
-        found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
-        found += number_faults("ramp", self.ramp, NOT_NEGATIVE)
+        faults = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
+        faults += number_faults("ramp", self.ramp, NOT_NEGATIVE)
         if self.braking not in BRAKING:
-            found.append(Fault("braking", f'"{self.braking}"', '"none", "resistor" or "regenerative"'))
+            faults.append(Fault("braking", f'"{self.braking}"', '"none", "resistor" or "regenerative"'))
         elif (self.braking == "resistor") != (self.chopper_power is not None):
-            told = (
+            defect = (
                 "a resistor without its power" if self.chopper_power is None else f'together with braking = "{self.braking}"'
             )
-            found.append(Fault("chopper_power", told, 'a power with braking = "resistor", none otherwise'))
-        return found
+            faults.append(Fault("chopper_power", defect, 'a power with braking = "resistor", none otherwise'))
+        return faults
 
 
 class FrequencyRamp(NamedTuple):
@@ -384,8 +384,8 @@ class FrequencyRamp(NamedTuple):
         before, beyond = np.minimum(time, even), np.maximum(time - even, 0.0)
         left = min(1.0 - share, 1e-3)
         fades = left * np.exp(-beyond / self.lag)
-        found = np.where(time < even, share + before / self.time, 1.0 - fades)
-        return found, before * (share + 0.5 * before / self.time) + beyond - self.lag * (left - fades)
+        shares = np.where(time < even, share + before / self.time, 1.0 - fades)
+        return shares, before * (share + 0.5 * before / self.time) + beyond - self.lag * (left - fades)
 
 
 # -- the motor -----------------------------------------------------------------------------------------------------------
@@ -495,8 +495,8 @@ class Motor(ABC):
 
     def current_along(self, omega: Array, time: Array, switched: Array) -> Array | None:
         """Current (A) along a motion, at speeds (rad/s) and times (s); `switched` are times that decide the connection."""
-        found = self.current(omega)
-        return None if found is None else np.asarray(found)
+        currents = self.current(omega)
+        return None if currents is None else np.asarray(currents)
 
     def at(self, time: Array) -> Motor:
         """The motor at times (s) of a connection: itself, unless its data change with time."""
@@ -612,14 +612,14 @@ class Motor(ABC):
     def torque(self, omega: ArrayLike) -> Array:
         """Torque on the shaft (N m) at speeds omega (rad/s), of their shape."""
         speeds = np.asarray(omega, dtype=float)
-        found: Array = np.zeros_like(speeds) + self._law.evaluate({"omega": speeds}, np)
-        return found
+        torques: Array = np.zeros_like(speeds) + self._law.evaluate({"omega": speeds}, np)
+        return torques
 
     def slope_at(self, omega: ArrayLike) -> Array:
         """Slope dT/domega (N m s/rad) at speeds omega (rad/s), of their shape; at a kink, that of the side in use."""
         speeds = np.asarray(omega, dtype=float)
-        found = self._law.evaluate({"omega": Jet(speeds, np.ones_like(speeds))}, jet_namespace(np))
-        return np.zeros_like(speeds) + (found.first if isinstance(found, Jet) else 0.0)
+        torque = self._law.evaluate({"omega": Jet(speeds, np.ones_like(speeds))}, jet_namespace(np))
+        return np.zeros_like(speeds) + (torque.first if isinstance(torque, Jet) else 0.0)
 
     def speed_at(self, torque: float) -> float | None:
         """Speed (rad/s) on the running branch at which the motor gives a torque (N m).
@@ -637,8 +637,8 @@ class Motor(ABC):
         """A finite end of the running branch, beyond the speed at which it reaches a torque."""
         if math.isfinite(end):
             return end
-        known = (*(self.stable or ()), self.no_load_speed)
-        middle = next((speed for speed in known if speed is not None and math.isfinite(speed)), 0.0)
+        limits = (*(self.stable or ()), self.no_load_speed)
+        middle = next((speed for speed in limits if speed is not None and math.isfinite(speed)), 0.0)
         steps = (middle + side * max(1.0, abs(middle)) * 2.0**k for k in range(_DOUBLINGS))
         return next((speed for speed in steps if side * (float(self.torque(speed)) - torque) <= 0), middle)
 
@@ -649,8 +649,8 @@ class Motor(ABC):
 
 def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tuple[str, ...] = ()) -> list[Fault]:
     """The faults of a motor's own numbers, by their names."""
-    asked = [(name, POSITIVE) for name in positive] + [(name, NOT_NEGATIVE) for name in (*not_negative, "inertia")]
-    return [fault for name, expected in asked for fault in number_faults(name, getattr(motor, name), expected)]
+    ranges = [(name, POSITIVE) for name in positive] + [(name, NOT_NEGATIVE) for name in (*not_negative, "inertia")]
+    return [fault for name, expected in ranges for fault in number_faults(name, getattr(motor, name), expected)]
 
 
 def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> list[Fault]:

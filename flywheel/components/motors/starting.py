@@ -33,8 +33,8 @@ _TAKEN = {
 def check_start(motor: Motor, kind: str) -> None:
     """Refuses a start that a type of motor does not have."""
     if kind not in motor.starts:
-        found, expected = _TAKEN[kind]
-        raise SceneError([Fault("type", found.format(kind=kind, motor=motor.title), expected)])
+        defect, expected = _TAKEN[kind]
+        raise SceneError([Fault("type", defect.format(kind=kind, motor=motor.title), expected)])
 
 
 def _checked(untils: Sequence[Switch]) -> None:
@@ -104,8 +104,8 @@ def soft_start(
     Harmonics of the cut voltage are left out. Source: IEC 60947-4-2 (semiconductor motor controllers).
 
     """
-    given = {"voltage": voltage, "torque_limit": torque_limit, "current_limit": current_limit}
-    faults = [fault for name, value in given.items() if value is not None for fault in number_faults(name, value, POSITIVE)]
+    limits = {"voltage": voltage, "torque_limit": torque_limit, "current_limit": current_limit}
+    faults = [fault for name, value in limits.items() if value is not None for fault in number_faults(name, value, POSITIVE)]
     if not faults and voltage > 1:
         faults.append(Fault("voltage", f"{voltage:g}", "a share of the voltage of 1 at most"))
     if not ramp and voltage != 1:
@@ -150,13 +150,13 @@ def resistance_steps(motor: Motor, added: Sequence[float], untils: Sequence[Swit
 
     """
     if len(added) != len(untils) or not added:
-        found = f"{len(added)} resistances and {len(untils)} ends"
-        raise SceneError([Fault("until", found, "an end for each resistance")])
+        defect = f"{len(added)} resistances and {len(untils)} ends"
+        raise SceneError([Fault("until", defect, "an end for each resistance")])
     refuse([fault for i, share in enumerate(added) for fault in number_faults(f"added[{i}]", share, POSITIVE)])
     for i, share in enumerate(added[1:], 1):
         if not share < added[i - 1]:
-            found = f"a resistance of {share:g} after one of {added[i - 1]:g}"
-            raise SceneError([Fault(f"added[{i}]", found, "resistances that fall")])
+            defect = f"a resistance of {share:g} after one of {added[i - 1]:g}"
+            raise SceneError([Fault(f"added[{i}]", defect, "resistances that fall")])
     _checked(untils)
     check_start(motor, "resistance")
     steps = zip(added, untils, strict=True)
@@ -234,8 +234,8 @@ class Started(Motor):
     def torque_at(self, omega: ArrayLike, time: ArrayLike) -> Array:
         """Torque on the shaft (N m) at speeds omega (rad/s) and times (s)."""
         speeds, times = np.broadcast_arrays(np.asarray(omega, dtype=float), np.asarray(time, dtype=float))
-        found: Array = np.zeros(speeds.shape) + self._law.evaluate({"omega": speeds, "t": times}, np)
-        return found
+        torques: Array = np.zeros(speeds.shape) + self._law.evaluate({"omega": speeds, "t": times}, np)
+        return torques
 
     def current_at(self, omega: ArrayLike, time: ArrayLike, within: ArrayLike | None = None) -> Array | None:
         """Line or armature current over the rated one at speeds (rad/s) and times (s); None if the type does not give it.
@@ -283,10 +283,10 @@ class Started(Motor):
             *(np.asarray(row, dtype=float) for row in (omega, time, time if within is None else within))
         )
         speeds, times, sides = rows
-        found = np.zeros(speeds.shape)
-        held = [*self.connections, Connection(self.own, Switch(time=math.inf))][: len(self.times) + 1]
+        torques = np.zeros(speeds.shape)
+        connections = [*self.connections, Connection(self.own, Switch(time=math.inf))][: len(self.times) + 1]
         owner = np.searchsorted(np.asarray(self.times), sides, side="right")
-        for k, one in enumerate(held):
+        for k, one in enumerate(connections):
             here = owner == k
             connection = one._replace(motor=one.motor.at(times[here]))
             law = Expression("", connection.law())
@@ -294,8 +294,8 @@ class Started(Motor):
             value = figure(connection, speeds[here], torque)
             if value is None:
                 return None
-            found[here] = value
-        return found
+            torques[here] = value
+        return torques
 
 
 def as_started(motor: Motor) -> Started:

@@ -171,12 +171,12 @@ class Synchronous(Motor):
                 faults.append(Fault("damping", "0", "a value above 0", "the damper winding has a greatest torque"))
         if self.field_at is not None and not 0.0 < self.field_at <= (1.0 - FIELD_BAND) * self.synchronous_speed:
             highest = (1.0 - FIELD_BAND) * self.synchronous_speed
-            found, expected = f"{self.field_at:.6g} rad/s", f"a speed above 0, {highest:.6g} rad/s at most"
-            faults.append(Fault("field_at", found, expected, "the field is to pull the rotor in from there"))
+            defect, expected = f"{self.field_at:.6g} rad/s", f"a speed above 0, {highest:.6g} rad/s at most"
+            faults.append(Fault("field_at", defect, expected, "the field is to pull the rotor in from there"))
         if (self.field_at is None) != (self.field_time == 0.0):
-            found = "without field_at" if self.field_at is None else "with field_at"
+            defect = "without field_at" if self.field_at is None else "with field_at"
             expected = "no field_time, as the field is always given" if self.field_at is None else "a time above 0"
-            faults.append(Fault("field_time", f"{self.field_time:g} s {found}", expected))
+            faults.append(Fault("field_time", f"{self.field_time:g} s {defect}", expected))
         refuse(faults)
 
     @cached_property
@@ -257,8 +257,8 @@ class Synchronous(Motor):
             return None
         if not self.saliency:
             return math.asin(torque / self.field_torque)
-        found = self.circuit.carrying(lambda states: float(self.synchronizing_torque(states[0])) - torque)
-        return None if found is None else float(found[0])
+        states_at_load = self.circuit.carrying(lambda states: float(self.synchronizing_torque(states[0])) - torque)
+        return None if states_at_load is None else float(states_at_load[0])
 
     def swing_frequency(self, angle: float, inertia: float) -> float:
         """Angular frequency sqrt(p (dT/dd)/J) of small swings about a load angle (rad), J at the motor's shaft (kg m²).
@@ -297,11 +297,11 @@ class Synchronous(Motor):
         """
         faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
         if inverter.torque_limit is not None:
-            found = f"{inverter.torque_limit:g} of a {self.title} that keeps step with a set frequency"
+            defect = f"{inverter.torque_limit:g} of a {self.title} that keeps step with a set frequency"
             advice = (
                 'the load sets its load angle; a drive that limits torque turns the field with the rotor: type = "servo"'
             )
-            faults.append(Fault("inverter.torque_limit", found, "none", advice))
+            faults.append(Fault("inverter.torque_limit", defect, "none", advice))
         if self.field_at is not None:
             faults.append(Fault("field_at", "a field that is switched, on an inverter", "a field always on"))
         refuse(faults)
@@ -417,8 +417,8 @@ class LoadAngle(Circuit):
             return math.nan
         sin = math.sin if isinstance(d, float) else np.sin
         field = motor.field_torque if motor.field_at is None else motor.field_torque * states[1]
-        found = field * sin(d) + motor.damper_torque(motor.synchronous_speed - omega)
-        return found + motor.reluctance_torque * sin(2.0 * d) if motor.saliency else found
+        torque = field * sin(d) + motor.damper_torque(motor.synchronous_speed - omega)
+        return torque + motor.reluctance_torque * sin(2.0 * d) if motor.saliency else torque
 
     def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
         """Rate of the load angle, rad/s, and of the field's share, 1/s."""
@@ -511,8 +511,8 @@ class RampedLoadAngle(LoadAngle):
         motor, d, flux = self.motor, states[0], self.ramp.flux(states[1])
         if isinstance(d, float) and not math.isfinite(d):  # a step tried too far
             return math.nan
-        found = flux * motor.field_torque * np.sin(d) + self.turning(omega, states)[1]
-        return found + flux**2 * motor.reluctance_torque * np.sin(2.0 * d)
+        torque = flux * motor.field_torque * np.sin(d) + self.turning(omega, states)[1]
+        return torque + flux**2 * motor.reluctance_torque * np.sin(2.0 * d)
 
     def rates(self, omega: Any, states: States) -> tuple[Any, ...]:
         """Rate of the load angle, rad/s, and of the frequency's share, 1/s."""
@@ -538,8 +538,8 @@ class RampedLoadAngle(LoadAngle):
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states in step, at the full frequency."""
-        found = super().carrying(lambda states: net((*states, 1.0)))
-        return None if found is None else (*found, 1.0)
+        states_at_load = super().carrying(lambda states: net((*states, 1.0)))
+        return None if states_at_load is None else (*states_at_load, 1.0)
 
     def standing(self, states: States, time: Any) -> tuple[Any, ...]:
         """The load angle of a rotor at rest, which the field's poles pass ever faster, and the frequency's share."""

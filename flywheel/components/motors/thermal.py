@@ -59,16 +59,16 @@ class Thermal(NamedTuple):
         named = {"time_constant": self.time_constant, "rise": self.rise}
         if self.winding_time_constant is not None:
             named["winding_time_constant"] = self.winding_time_constant
-        found = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
+        faults = [fault for name, value in named.items() for fault in number_faults(name, value, POSITIVE)]
         if (self.winding_time_constant is None) != (self.winding_share == 0.0):
-            told = f"{self.winding_share:g} without" if self.winding_time_constant is None else "nothing with"
-            found.append(Fault("winding_share", f"{told} a winding_time_constant", "both or neither"))
+            defect = f"{self.winding_share:g} without" if self.winding_time_constant is None else "nothing with"
+            faults.append(Fault("winding_share", f"{defect} a winding_time_constant", "both or neither"))
         elif not 0.0 <= self.winding_share < 1.0:
-            found.append(Fault("winding_share", f"{self.winding_share:g}", "a share of the rise, below 1"))
+            faults.append(Fault("winding_share", f"{self.winding_share:g}", "a share of the rise, below 1"))
         elif self.winding_time_constant is not None and not self.winding_time_constant < self.time_constant:
-            told = f"{self.winding_time_constant:g} s with a time_constant of {self.time_constant:g} s"
-            found.append(Fault("winding_time_constant", told, "a shorter one"))
-        return found
+            defect = f"{self.winding_time_constant:g} s with a time_constant of {self.time_constant:g} s"
+            faults.append(Fault("winding_time_constant", defect, "a shorter one"))
+        return faults
 
     @property
     def bodies(self) -> tuple[tuple[float, float, bool], ...]:
@@ -80,12 +80,12 @@ class Thermal(NamedTuple):
 
     def step(self, parts: Sequence[float], losses: Losses) -> tuple[float, ...]:
         """The parts of the rise (K) after a stretch, from those at its beginning."""
-        found = []
+        factors = []
         for part, (rise, constant, cooled) in zip(parts, self.bodies, strict=True):
             cooling, ways = (losses.cooling if cooled else 1.0), losses.time / constant
             gain = -math.expm1(-cooling * ways) / cooling if cooling else ways
-            found.append(part * math.exp(-cooling * ways) + rise * losses.share * gain)
-        return tuple(found)
+            factors.append(part * math.exp(-cooling * ways) + rise * losses.share * gain)
+        return tuple(factors)
 
     def turn(self, parts: Sequence[float], losses: Losses) -> float | None:
         """The time (s) within a stretch at which the rise is greatest or least; None if that is at an end.
@@ -119,9 +119,9 @@ def thermal(
     """
     if kind not in CLASSES:
         refuse([Fault("class", f'"{kind}"', f"one of {', '.join(CLASSES)}", suggestion(kind, tuple(CLASSES)))])
-    found = Thermal(time_constant, CLASSES[kind] if rise is None else rise, CLASSES[kind], winding, share)
-    refuse(found.faults())
-    return found
+    model = Thermal(time_constant, CLASSES[kind] if rise is None else rise, CLASSES[kind], winding, share)
+    refuse(model.faults())
+    return model
 
 
 class Course(NamedTuple):

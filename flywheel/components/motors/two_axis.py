@@ -172,12 +172,12 @@ class TwoAxisInduction(Induction):
         torque, greatest = float(self.torque(self.speed)), self.breakdown_torque
         rated = self.power / self.speed
         if abs(torque / rated - 1.0) > ALIKE:
-            found = f"{torque:.5g} N m of the circuit at rated speed"
+            defect = f"{torque:.5g} N m of the circuit at rated speed"
             expected = f"about {rated:.5g} N m, rated power over speed"
-            faults.append(Fault("rotor_resistance", found, expected, "give those of a phase in star, in ohm"))
+            faults.append(Fault("rotor_resistance", defect, expected, "give those of a phase in star, in ohm"))
         elif abs(greatest / (self.breakdown_ratio * rated) - 1.0) > ALIKE:
-            found = f"{self.breakdown_ratio:g}, with a breakdown torque of {greatest:.5g} N m of the circuit"
-            faults.append(Fault("breakdown_ratio", found, f"about {greatest / rated:.4g}"))
+            defect = f"{self.breakdown_ratio:g}, with a breakdown torque of {greatest:.5g} N m of the circuit"
+            faults.append(Fault("breakdown_ratio", defect, f"about {greatest / rated:.4g}"))
         refuse(faults)
 
     def fed(self, inverter: Inverter) -> TwoAxisInduction:
@@ -199,16 +199,16 @@ class TwoAxisInduction(Induction):
         faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
         if inverter.torque_limit is not None:
             advice = "an inverter that limits the torque controls the currents, which the circuit does not tell of"
-            found = f"{inverter.torque_limit:g} with electrical two-axis"
-            faults.append(Fault("inverter.torque_limit", found, "none, or electrical static", advice))
+            defect = f"{inverter.torque_limit:g} with electrical two-axis"
+            faults.append(Fault("inverter.torque_limit", defect, "none, or electrical static", advice))
         refuse(faults)
         share, slip_speed = inverter.frequency / self.frequency, self.synchronous_speed - self.speed
         field = self.synchronous_speed * share
         least = self.frequency * self.rated_slip / MOST_SLIP
         if not inverter.frequency > least:
-            found, expected = f"{inverter.frequency:g} Hz with electrical two-axis", f"more than {least:.4g} Hz"
+            defect, expected = f"{inverter.frequency:g} Hz with electrical two-axis", f"more than {least:.4g} Hz"
             raise SceneError(
-                [Fault("inverter.frequency", found, expected, "the rated slip speed is too near to the field's")]
+                [Fault("inverter.frequency", defect, expected, "the rated slip speed is too near to the field's")]
             )
         volts = self.voltage * min(inverter.frequency, inverter.weakening) / self.frequency
         scaled = {name: share * value for name, value in self.impedances._asdict().items() if name.endswith("reactance")}
@@ -216,9 +216,9 @@ class TwoAxisInduction(Induction):
         own = equivalent_circuit(circuit, volts, field)
         torque = float(own.torque(slip_speed / field))
         if not own.breakdown_torque > torque or not slip_speed / field < own.breakdown_slip:
-            found = f"{inverter.frequency:g} Hz, with the field weakened from {inverter.weakening:g} Hz on"
+            defect = f"{inverter.frequency:g} Hz, with the field weakened from {inverter.weakening:g} Hz on"
             advice = "at that the motor breaks down before its rated slip"
-            raise SceneError([Fault("inverter.frequency", found, "a lower one", advice)])
+            raise SceneError([Fault("inverter.frequency", defect, "a lower one", advice)])
         return replace(
             self,
             power=torque * (field - slip_speed),
@@ -337,21 +337,22 @@ class TwoAxisInduction(Induction):
 
         off = 2.0 * (shaft.states_error + 8 * ROUNDING * circuit.scales[0])
         by_flux = (circuit.of_rotor + circuit.of_shared, circuit.of_stator + circuit.of_shared)
-        found, errors = dict[str, Any](), dict[str, float]()
+        figures, errors = dict[str, Any](), dict[str, float]()
         rows = zip((of_rotor, of_stator), (circuit.rotor_resistance, circuit.stator_resistance), by_flux, strict=True)
         for name, (heat, resistance, gain) in zip(("rotor_heat", "stator_heat"), rows, strict=True):
             mean, error, mesh = shaft.mean_over_time(heat)
             own = 2.0 * float(np.sqrt(1.5 * resistance * mean)) * gain * off
-            found[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
+            figures[name], errors[name] = mean, (error + own) / max(mean, 1e-300)
         rated = self.rated_heat
-        found["rotor_heat_share"] = found["rotor_heat"] / rated
+        figures["rotor_heat_share"] = figures["rotor_heat"] / rated
         errors["rotor_heat_share"] = errors["rotor_heat"] + 8 * ROUNDING / self.rated_slip
         current = cells.fit(np.asarray(circuit.current(0.0, shaft.states(mesh))))
-        found["current_rms"] = float(np.sqrt(found["stator_heat"] / (3.0 * circuit.stator_resistance)))
-        found["current_peak"] = cells.greatest(current)
+        figures["current_rms"] = float(np.sqrt(figures["stator_heat"] / (3.0 * circuit.stator_resistance)))
+        figures["current_peak"] = cells.greatest(current)
         errors["current_rms"] = errors["stator_heat"]
-        errors["current_peak"] = (float(cells.tails(current).max()) + by_flux[1] * off) / max(found["current_peak"], 1e-300)
-        return {**found, "errors": errors}
+        peak = max(figures["current_peak"], 1e-300)
+        errors["current_peak"] = (float(cells.tails(current).max()) + by_flux[1] * off) / peak
+        return {**figures, "errors": errors}
 
     def powers(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> dict[str, Array]:
         """Copper heats ("stator", "rotor"), and the power stored in the fluxes ("field"), W."""
@@ -536,11 +537,11 @@ class RampedFluxes(Fluxes):
         if not times.size or not times.max() > 0.0:
             return tuple(value + 0.0 * times for value in states)
         begin = [float(value) for value in states]
-        found: Any = solve_ivp(
+        run: Any = solve_ivp(
             lambda _t, y: self.rates(0.0, y), (0.0, float(times.max())), begin, "DOP853",
             dense_output=True, rtol=1e-12, atol=1e-13 * np.array(self.scales),
         )  # fmt: skip
-        return tuple(np.asarray(row).reshape(times.shape) for row in found.sol(times.ravel()))
+        return tuple(np.asarray(row).reshape(times.shape) for row in run.sol(times.ravel()))
 
     def power(self, states: States) -> Any:
         """Power from the inverter 3/2 V i_q, W."""
@@ -569,9 +570,9 @@ def impedances_of(motor: Induction) -> Impedances:
 
     plate, current, heat = motor.plate, motor.rated_current, motor.rated_stator_heat
     if plate.voltage is None or current is None or heat is None:
-        found = "a name plate without voltage, current and power factor"
+        defect = "a name plate without voltage, current and power factor"
         expected = "all three (of the last two and efficiency any two), or the resistances and reactances of its circuit"
-        raise SceneError([Fault("electrical", found, expected)])
+        raise SceneError([Fault("electrical", defect, expected)])
     phase, resistance = plate.voltage / math.sqrt(3.0), heat / (3.0 * current**2)
     leakage = 3.0 * phase**2 / (2.0 * motor.synchronous_speed * motor.breakdown_torque)
     slip, rated, greatest = motor.rated_slip, motor.rated.torque, motor.breakdown_torque
@@ -583,12 +584,12 @@ def impedances_of(motor: Induction) -> Impedances:
     def lacking(x: Any) -> list[float]:
         circuit = equivalent_circuit(made(x), plate.voltage or 0.0, motor.synchronous_speed)
         pairs = (circuit.torque(slip), rated), (circuit.breakdown_torque, greatest), (abs(circuit.current(slip)), current)
-        return [math.log(float(value) / wanted) for value, wanted in pairs]
+        return [math.log(float(value) / target) for value, target in pairs]
 
     start = [math.log(0.5), math.log(phase / (0.5 * current * leakage)), math.log(motor.breakdown_slip)]
     solution: Any = root(lacking, start, method="hybr", options={"xtol": 1e-14})
     if not np.abs(solution.fun).max() <= 1e-9:
-        found = "a name plate that no equivalent circuit has"
+        defect = "a name plate that no equivalent circuit has"
         advice = "check current and power factor, or give the resistances and reactances"
-        raise SceneError([Fault("electrical", found, "torques and current that go together", advice)])
+        raise SceneError([Fault("electrical", defect, "torques and current that go together", advice)])
     return made(solution.x)

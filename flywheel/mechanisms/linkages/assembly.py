@@ -100,7 +100,7 @@ def kutzbach(bodies: int, joints: Iterable[str | int], *, order: int = 6) -> int
 
     """
     letters = _JOINTS if order == 6 else {name: _JOINTS[name] for name in _IN_PLANE}
-    given = [letters.get(joint, joint) if isinstance(joint, str) else joint for joint in joints]
+    types = [letters.get(joint, joint) if isinstance(joint, str) else joint for joint in joints]
     faults = []
     if bodies not in range(1, _MOST_BODIES):
         faults.append(Fault("bodies", str(bodies), "a whole number, 1 or above: the frame counts"))
@@ -108,10 +108,10 @@ def kutzbach(bodies: int, joints: Iterable[str | int], *, order: int = 6) -> int
         faults.append(Fault("order", str(order), "6 in space, or 3 in a plane or about a fixed point"))
     else:
         expected = f"one of {', '.join(letters)}, or its number of freedoms from 0 to {order - 1}"
-        faults += [Fault(f"joints[{k}]", str(f), expected) for k, f in enumerate(given) if f not in range(order)]
+        faults += [Fault(f"joints[{k}]", str(f), expected) for k, f in enumerate(types) if f not in range(order)]
     if faults:
         raise SceneError(faults)
-    return order * (bodies - 1) - sum(order - int(f) for f in given)
+    return order * (bodies - 1) - sum(order - int(f) for f in types)
 
 
 def mobility(loops: Loops, jacobian: Array) -> Mobility:
@@ -707,13 +707,13 @@ def _starts(loops: Loops) -> Array:
     reach = np.where(_angular(loops), np.where(_tied(loops)[1:], _TURNS * pi, pi), wide)
     z[:, 1:] = reach * (2.0 * share - 1.0)
     guesses, guessed = _guesses(loops), z[: max(count // 4, 1)]
-    for table, given in ((z, ()), (guessed, tuple(guesses))):
+    for table, guess_values in ((z, ()), (guessed, tuple(guesses))):
         guessed[:, list(guesses)] = list(guesses.values())
-        _relate(loops, table, given)
+        _relate(loops, table, guess_values)
     return z
 
 
-def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
+def _relate(loops: Loops, z: Array, joints: tuple[int, ...]) -> None:
     """Puts starting points onto every gear and rolling pair, by the variable that has to turn most, and is not given.
 
     A pinion may have to turn many times for its rack's travel, and no bounded step would take it there.
@@ -724,7 +724,7 @@ def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
         line = relation.second.weights - relation.ratio * relation.first.weights
         rest = relation.second.constant - relation.ratio * relation.first.constant - relation.phase
         tied = [int(k) for k in np.flatnonzero(line[1:]) + 1]
-        moved = [k for k in tied if k not in given] or tied
+        moved = [k for k in tied if k not in joints] or tied
         if moved:
             k = min(moved, key=lambda column: abs(float(line[column])))
             z[:, k] -= (z @ line + rest) / line[k]

@@ -316,11 +316,11 @@ class Model:
     def driven(self, state: State, row: Array, right: Array, last: Array | float) -> Array:
         """The change of all coordinates with Phi_x d = right, row · d = last."""
         matrix = np.concatenate((state.jacobian, row[..., None, :]), axis=-2)
-        wanted = np.empty(matrix.shape[:-1])
-        wanted[..., :-1], wanted[..., -1] = right, last
-        if wanted.ndim == 1:
-            return self.solved(matrix, wanted)
-        return self.solved(matrix, wanted[..., None])[..., 0]
+        rates = np.empty(matrix.shape[:-1])
+        rates[..., :-1], rates[..., -1] = right, last
+        if rates.ndim == 1:
+            return self.solved(matrix, rates)
+        return self.solved(matrix, rates[..., None])[..., 0]
 
     def influence(self, state: State, row: Array) -> Array:
         """The change of all coordinates that keeps the closures and makes `row` 1: Phi_x g = 0, row · g = 1."""
@@ -670,9 +670,9 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
     """
     n = x.size
 
-    def least(state: State, wanted: Array) -> Array:
+    def least(state: State, rates: Array) -> Array:
         """The change d of least d^T M d with Phi_x d = wanted."""
-        change = state._replace(gamma=wanted)
+        change = state._replace(gamma=rates)
         return model.solved(*system(model, np.zeros(n), change, -state.jacobian.T))[:n]
 
     def gap(state: State) -> float:

@@ -371,17 +371,17 @@ def positions(linkage: Linkage, q: ArrayLike) -> Positions:
             each other; where it locks or branches on the way, with the positions of all drivers.
 
     """
-    start, wanted, _ = driver_rows(linkage, q)
+    start, coordinates, _ = driver_rows(linkage, q)
     directions, polarised = pair_directions(start.freedoms)
     parts = []
-    for position in stations(start, wanted):
+    for position in stations(start, coordinates):
         motion = fields(start, position, directions)
         speeds = motion.velocities - 1j * motion.spins * motion.arms
         bends = motion.accelerations - (1j * motion.turnings - motion.spins**2) * motion.arms
         value, rate = pose_array(motion.origins, motion.angles), pose_array(speeds, motion.spins)[: start.freedoms]
         parts.append((value, rate, polarised(pose_array(bends, motion.turnings))))
     value, rate, slope = (np.stack(part, axis=-1) for part in zip(*parts, strict=True))
-    return Positions(linkage, wanted, value, rate, slope)
+    return Positions(linkage, coordinates, value, rate, slope)
 
 
 def pair_directions(count: int) -> tuple[Array, Callable[[Any], Any]]:
@@ -405,10 +405,10 @@ def pose_array(points: Complex, angles: Array) -> Array:
     return np.stack((points.real, points.imag, angles), axis=-1)
 
 
-def stations(start: Assembly, wanted: Array) -> Iterator[Station]:
+def stations(start: Assembly, coordinates: Array) -> Iterator[Station]:
     """The equations at coordinates (g, n), one after the other."""
     z = start.z
-    for column in wanted.T:
+    for column in coordinates.T:
         z = end_of_way(start, z, column / start.scales)
         yield station(start, z)
 
@@ -417,11 +417,11 @@ def driver_rows(linkage: Linkage, q: ArrayLike, **others: ArrayLike) -> tuple[As
     """The assembly, coordinates as (g, n), and further rows of the same shape."""
     check(linkage)
     start = assembly(linkage)
-    wanted = array("q", q)
-    if wanted.ndim == 0 or len(wanted) != start.freedoms or not wanted.size or wanted.ndim > 2:
+    coordinates = array("q", q)
+    if coordinates.ndim == 0 or len(coordinates) != start.freedoms or not coordinates.size or coordinates.ndim > 2:
         names = ", ".join(driver.joint for driver in linkage.drivers)
-        raise SceneError([Fault("q", f"an array of shape {wanted.shape}", f"a row for each of the drivers: {names}")])
-    table = wanted.reshape(start.freedoms, -1)
+        raise SceneError([Fault("q", f"an array of shape {coordinates.shape}", f"a row for each of the drivers: {names}")])
+    table = coordinates.reshape(start.freedoms, -1)
     return start, table, {name: row_table(name, values, table) for name, values in others.items()}
 
 

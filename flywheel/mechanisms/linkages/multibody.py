@@ -416,8 +416,8 @@ def simulate(
     if linkage.rubs:
         unknowns(start, (), np.ones(start.q.shape), True)  # names what friction lacks
         if route not in (NEWTON, MULTIPLIERS):
-            found_route = f"{route} for joints with friction, which follows from reactions"
-            raise SceneError([Fault("route", found_route, f"{NEWTON} or {MULTIPLIERS}, which find them")])
+            defect = f"{route} for joints with friction, which follows from reactions"
+            raise SceneError([Fault("route", defect, f"{NEWTON} or {MULTIPLIERS}, which find them")])
     model = Model(linkage, actions, coordinates(start))
     try:
         if linkage.rubs:
@@ -464,9 +464,9 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
     """All actions; SceneError for laws that are no numbers or functions, for friction, for bodies that do not move."""
     if isinstance(wrenches, Wrench) or not isinstance(wrenches, Iterable):
         raise SceneError([Fault("wrenches", shown(wrenches), "a list of Wrench")])
-    given = tuple(wrenches)
+    loads = tuple(wrenches)
     laws: dict[str, Law] = {"drive": drive}
-    for k, wrench in enumerate(given):
+    for k, wrench in enumerate(loads):
         path = f"wrenches[{k}]"
         require(path, wrench, Wrench, "a Wrench")
         if wrench.at is not None and not isinstance(wrench.at, str):
@@ -475,10 +475,10 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
             raise SceneError([Fault(f"{path}.force", shown(wrench.force), "two laws, along x and y")])
         laws |= {f"{path}.force[{k}]": law for k, law in enumerate(wrench.force)} | {f"{path}.torque": wrench.torque}
     refuse([fault for path, law in laws.items() if not callable(law) for fault in number_faults(path, law)])
-    actions = Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, given)
+    actions = Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, loads)
     faults = list[Fault]()
     moving = [link.name for link in linkage.links]
-    for k, wrench in enumerate(given):
+    for k, wrench in enumerate(loads):
         if wrench.body not in moving:
             faults.append(Fault(f"wrenches[{k}].body", repr(wrench.body), f"a moving body: {', '.join(moving)}"))
             continue

@@ -270,15 +270,17 @@ class Solution:
             SceneError: for positions outside the range that was followed, or that are no numbers.
 
         """
-        wanted = array("q", q).flatten()
+        coordinates = array("q", q).flatten()
         room = _BEYOND * (self.high - self.low) + 1e-15
-        outside = ~((wanted >= self.low - room) & (wanted <= self.high + room))
+        outside = ~((coordinates >= self.low - room) & (coordinates <= self.high + room))
         if outside.any():
-            at, *ends = (place(self.equations, x / self.scale) for x in (float(wanted[outside][0]), self.low, self.high))
+            at, *ends = (
+                place(self.equations, x / self.scale) for x in (float(coordinates[outside][0]), self.low, self.high)
+            )
             defect, expected = f"a position of the driver of {at}", f"one from {' to '.join(ends)}, which was followed"
             raise SceneError([Fault(self.linkage.path, defect, expected)])
-        value, rate, slope = placed(self.equations, self.movement(wanted))
-        return Poses(self.linkage, wanted, value, rate / self.scale, slope / self.scale**2)
+        value, rate, slope = placed(self.equations, self.movement(coordinates))
+        return Poses(self.linkage, coordinates, value, rate / self.scale, slope / self.scale**2)
 
     def movement(self, q: Array) -> Movement:
         """All variables at coordinates q, a little outside the range too, by Newton from the quintic."""
@@ -377,12 +379,12 @@ class Solution:
 
     def coordinate(self, joint: str, poses: Poses) -> Track:
         """A joint's coordinate: a pin's angle of second less first (rad), a slide's displacement along its guide (m)."""
-        given = known("joint", joint, {joint.name: joint for joint in self.linkage.joints})
-        turn = poses.angle(given.first)
-        if given.kind == "pin":
-            return Track(*(b - a for a, b in zip(turn, poses.angle(given.second), strict=True)))
-        guide, moved = poses.point(given.first, given.first_at), poses.point(given.second, given.second_at)
-        angle = turn.value + given.direction
+        one = known("joint", joint, {joint.name: joint for joint in self.linkage.joints})
+        turn = poses.angle(one.first)
+        if one.kind == "pin":
+            return Track(*(b - a for a, b in zip(turn, poses.angle(one.second), strict=True)))
+        guide, moved = poses.point(one.first, one.first_at), poses.point(one.second, one.second_at)
+        angle = turn.value + one.direction
         along = np.stack((np.cos(angle), np.sin(angle)))
         across = np.stack((-along[1], along[0]))
         gap, speed, bend = (b - a for a, b in zip(guide, moved, strict=True))
@@ -445,11 +447,11 @@ def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
         SceneError: as `solve`, and if there is no position.
 
     """
-    wanted = array("q", q)
-    if not wanted.size:
+    coordinates = array("q", q)
+    if not coordinates.size:
         raise SceneError([Fault("q", "no position", "finite numbers")])
     check(linkage)
-    return _continued(linkage, float(wanted.min()), float(wanted.max()))
+    return _continued(linkage, float(coordinates.min()), float(coordinates.max()))
 
 
 @lru_cache(maxsize=32)

@@ -289,9 +289,9 @@ def reactions(
     from flywheel.mechanisms.linkages.positions import Solution, solve_over
 
     require("source", source, (Linkage, Solution), "a Linkage, or a Solution")
-    wanted = _row("q", q)
-    solution = solve_over(source, wanted) if isinstance(source, Linkage) else source
-    poses = solution.poses(wanted)
+    coordinates = _row("q", q)
+    solution = solve_over(source, coordinates) if isinstance(source, Linkage) else source
+    poses = solution.poses(coordinates)
     return reactions_at(poses, speed, acceleration, gravity=gravity, loads=loads, inertia=inertia, friction=friction)
 
 
@@ -355,11 +355,11 @@ def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balanc
             free = balance.open[:, k : k + 2]
             spread, axes = np.linalg.eigh(free @ free.transpose(0, 2, 1))
             across = axes[:, :, 0].T * np.where(axes[:, 1, 0] < 0, -1.0, 1.0)
-            known = np.sqrt(np.maximum(spread[:, 0], 0.0)) <= OPEN
-            if known.any():
+            determinate = np.sqrt(np.maximum(spread[:, 0], 0.0)) <= OPEN
+            if determinate.any():
                 force = np.einsum("in,in->n", across, balance.values[k : k + 2])
-                components[owner]["known"] = np.where(known, force, np.nan)
-                components[owner]["known_angle"] = np.where(known, np.arctan2(across[1], across[0]), np.nan)
+                components[owner]["known"] = np.where(determinate, force, np.nan)
+                components[owner]["known_angle"] = np.where(determinate, np.arctan2(across[1], across[0]), np.nan)
                 units[owner] |= {"known": FORCE, "known_angle": "rad"}
     return Reactions(
         poses,
@@ -376,9 +376,9 @@ def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balanc
     )
 
 
-def _row(path: str, given: ArrayLike) -> Array:
+def _row(path: str, values: ArrayLike) -> Array:
     """A number or a row of them, as an array (n,)."""
-    row = np.atleast_1d(array(path, given))
+    row = np.atleast_1d(array(path, values))
     if row.ndim > 1 or not row.size:
         what = f"an array of shape {row.shape}" if row.size else "no position"
         raise SceneError([Fault(path, what, "a number or an array of shape (n,)")])
@@ -525,16 +525,16 @@ def chain_poses(linkage: Linkage, motions: Mapping[str, Motion], time: ArrayLike
         joint = reached[0]
         left.remove(joint)
         motion = motions.get(joint.name, Motion(0.0))
-        given = np.array(
+        coordinates = np.array(
             [values_at(part, instants, f"motions.{joint.name}.{name}") for name, part in motion._asdict().items()]
         )
         outward = joint.first in states
         near, beyond = (joint.first, joint.second) if outward else (joint.second, joint.first)
-        turn = given if joint.kind == PIN else np.array([still.real + joint.angle, still.real, still.real])
+        turn = coordinates if joint.kind == PIN else np.array([still.real + joint.angle, still.real, still.real])
         first = np.array([still + complex(joint.first_at.x, joint.first_at.y), still, still])
         second = np.array([still + complex(joint.second_at.x, joint.second_at.y), still, still])
         if joint.kind not in (PIN, FIXED):
-            first = first + np.exp(1j * joint.direction) * given
+            first = first + np.exp(1j * joint.direction) * coordinates
         origin, angle = states[near]
         ahead = angle + turn if outward else angle - turn
         here, there = (first, second) if outward else (second, first)

@@ -236,9 +236,9 @@ def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
     return wrenches
 
 
-def values_at(given: ArrayLike, q: Array, path: str) -> Array:
+def values_at(numbers: ArrayLike, q: Array, path: str) -> Array:
     """A number, or one for every position, as an array (n,); SceneError for another shape or infinite values."""
-    values = array(path, given)
+    values = array(path, numbers)
     if values.shape not in ((), (1,), q.shape):
         raise SceneError([Fault(path, f"an array of shape {values.shape}", f"a number or shape {q.shape}")])
     return np.broadcast_to(values, q.shape)
@@ -541,13 +541,13 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     length = float(np.abs(matrix[:, 2::3][:, :, ~couples]).max(initial=0.0)) or 1.0
     row_scales, column_scales = np.tile((1.0, 1.0, length), rows // 3), np.where(couples, length, 1.0)
     scaled = matrix * column_scales / row_scales[:, None]
-    wanted = -np.concatenate((right, passive), axis=2) / row_scales[:, None]
+    right_sides = -np.concatenate((right, passive), axis=2) / row_scales[:, None]
     if rows == columns:
-        values, space = solved(scaled, wanted), np.zeros((count, columns, 0))
+        values, space = solved(scaled, right_sides), np.zeros((count, columns, 0))
     else:  # unknowns of least norm, and the matrix's null space
         u, s, vh = np.linalg.svd(scaled)
         s = np.where(s > _LOCKED * s[:, :1], s, np.nan)
-        values = vh[:, :rows].transpose(0, 2, 1) @ ((u.transpose(0, 2, 1) @ wanted) / s[..., None])
+        values = vh[:, :rows].transpose(0, 2, 1) @ ((u.transpose(0, 2, 1) @ right_sides) / s[..., None])
         space = vh[:, rows:].transpose(0, 2, 1)
     wrong = ~np.isfinite(values).all(axis=(1, 2))
     if wrong.any():
