@@ -72,8 +72,8 @@ def torque_and_work(sizing: Sizing) -> list[str]:
         rows += _engine(sizing.engine)
     elif scene.drive is None and scene.areas is None:
         rows.append(Row("power", "none", "(no drive in the scene)"))
-    known = sizing.power is not None or sizing.engine is not None
-    by = " (power: work of a cycle over its angle, times the mean of extremes)" if known else ""
+    complete = sizing.power is not None or sizing.engine is not None
+    by = " (power: work of a cycle over its angle, times the mean of extremes)" if complete else ""
     return block(f"Torque, power, energy{by}", rows)
 
 
@@ -123,8 +123,10 @@ def with_and_without(sizing: Sizing) -> list[str]:
         del rows[2]
     header = ("", "with the flywheel", "without one, at constant speed")
     title = "Power of the drive over the time of a cycle (mean: its work over the period)"
-    told = [] if motor is None else [*_rated(sizing, motor, energy), *_heat(sizing, motor, energy), *warnings(sizing, motor)]
-    return [title, *columns(rows, header), *sentences(told)]
+    lines = (
+        [] if motor is None else [*_rated(sizing, motor, energy), *_heat(sizing, motor, energy), *warnings(sizing, motor)]
+    )
+    return [title, *columns(rows, header), *sentences(lines)]
 
 
 def _number(value: float) -> str:
@@ -210,25 +212,25 @@ def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
 
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """Heat of the motor if its type gives it; otherwise a note that it is not known."""
-    found = heat_of(sizing, motor, energy)
-    if energy.rotor_heat is not None and found is not None:
-        heat = f"Mean heat of its rotor over time, torque times slip speed: {_number(found.heat)} W"
-        yield f"{heat}, {_verdict(energy, found)}"
+    load = heat_of(sizing, motor, energy)
+    if energy.rotor_heat is not None and load is not None:
+        heat = f"Mean heat of its rotor over time, torque times slip speed: {_number(load.heat)} W"
+        yield f"{heat}, {_verdict(energy, load)}"
         if energy.stator_heat_share is not None:
             yield from _stator(motor, energy, energy.stator_heat_share)
-    elif sizing.servo is not None and found is not None:
+    elif sizing.servo is not None and load is not None:
         yield from _servo(sizing.servo)
-        yield f"Mean losses of the motor over time: {_number(found.heat)} W, {_verdict(energy, found)}"
-    elif found is not None:
+        yield f"Mean losses of the motor over time: {_number(load.heat)} W, {_verdict(energy, load)}"
+    elif load is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
         means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
         yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
-        heat = f"Mean copper heat of its armature over time, R i²: {_number(found.heat)} W"
-        if found.share is None:
+        heat = f"Mean copper heat of its armature over time, R i²: {_number(load.heat)} W"
+        if load.share is None:
             yield f"{heat}; its limit is unknown without a rated point."
         else:
-            yield f"{heat}, {_verdict(energy, found)}"
+            yield f"{heat}, {_verdict(energy, load)}"
     elif sizing.synchronism is not None:
         yield from _in_step(sizing.synchronism)
     elif not motor.governed:
@@ -239,40 +241,45 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
 
 def _stator(motor: Motor, energy: Energy, share: float) -> Iterator[str]:
     """Line current and heat of an induction motor's stator, by its name plate."""
-    told = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
+    suffix = "" if energy.stator_heat is None else f": {_number(energy.stator_heat)} W"
     of_rated = f"{figure(100 * share, 0.0, 5)} % of that at the rated point"
-    yield f"Mean copper heat of its stator over time{told}, {of_rated}{', too hot' if share > 1 + TIE else ''}."
+    yield f"Mean copper heat of its stator over time{suffix}, {of_rated}{', too hot' if share > 1 + TIE else ''}."
     if energy.current_rms is not None and energy.current_peak is not None and motor.rated_current is not None:
         rms, peak, rated = energy.current_rms, energy.current_peak, motor.rated_current
         means = f"root of its mean square over time {_number(rms)} A, {_share(rms, rated)} of the rated one"
         yield f"Line current: {means}; greatest {_number(peak)} A, {_share(peak, rated)} of it."
 
 
-def _servo(found: ServoLoad) -> Iterator[str]:
+def _servo(load: ServoLoad) -> Iterator[str]:
     """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
-    share = f"{figure(100 * found.continuous_share, 0.0, 4)} % of the {_number(found.continuous_torque)} N m"
-    at = _rpm(found.mean_speed)
-    yield f"Its rms torque of {_number(found.rms_torque)} N m is {share} of its continuous curve at the mean speed of {at};"
-    share, at = f"{figure(100 * found.peak_share, 0.0, 4)} %", _rpm(found.peak_speed)
-    yield f"nearest to its peak curve are {_number(abs(found.peak_torque))} N m at {at}, {share} of it."
-    if found.inertia_ratio is not None:
-        yield f"Inertia of what its rotor moves over that of the rotor: {figure(found.inertia_ratio, 0.0, 4)}."
+    share = f"{figure(100 * load.continuous_share, 0.0, 4)} % of the {_number(load.continuous_torque)} N m"
+    at = _rpm(load.mean_speed)
+    yield f"Its rms torque of {_number(load.rms_torque)} N m is {share} of its continuous curve at the mean speed of {at};"
+    share, at = f"{figure(100 * load.peak_share, 0.0, 4)} %", _rpm(load.peak_speed)
+    yield f"nearest to its peak curve are {_number(abs(load.peak_torque))} N m at {at}, {share} of it."
+    if load.inertia_ratio is not None:
+        yield f"Inertia of what its rotor moves over that of the rotor: {figure(load.inertia_ratio, 0.0, 4)}."
 
 
-def _in_step(found: Synchronism) -> Iterator[str]:
+def _in_step(synchronism: Synchronism) -> Iterator[str]:
     """Load angle and swing of a synchronous motor."""
     mean, greatest, least, limit = (
         figure(math.degrees(value), 0.0, 5)
-        for value in (found.load_angle, found.load_angle_greatest, found.load_angle_least, found.pull_out_angle)
+        for value in (
+            synchronism.load_angle,
+            synchronism.load_angle_greatest,
+            synchronism.load_angle_least,
+            synchronism.pull_out_angle,
+        )
     )
-    share = figure(100 * found.pull_out_share, 0.0, 4)
+    share = figure(100 * synchronism.pull_out_share, 0.0, 4)
     yield f"It keeps step: load angle {mean} deg (mean over time), {least} to {greatest} deg, pull-out at {limit} deg;"
     yield f"the greatest torque of that angle is {share} % of the pull-out torque."
-    swing = f"Natural frequency of its swing {figure(found.natural_frequency, 0.0, 5)} Hz, damping ratio "
-    yield f"{swing}{figure(found.damping_ratio, 0.0, 3)}; the load's harmonics"
+    swing = f"Natural frequency of its swing {figure(synchronism.natural_frequency, 0.0, 5)} Hz, damping ratio "
+    yield f"{swing}{figure(synchronism.damping_ratio, 0.0, 3)}; the load's harmonics"
     rows = (
         f"{one.order}: {figure(one.frequency, 0.0, 4)} Hz, {_number(one.moment)} N m, times {short(one.magnification)}"
-        for one in found.counting
+        for one in synchronism.counting
     )
     yield f"{'; '.join(rows)}."
 
@@ -339,17 +346,17 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
     if least < low * (1 - TIE) or greatest > high * (1 + TIE):
         span = {"least": _revolutions(least), "greatest": _rpm(greatest), "low": _revolutions(low)}
         if math.isfinite(high):
-            known = _("but its data cover {low} to {high}", low=span["low"], high=_rpm(high))
+            text = _("but its data cover {low} to {high}", low=span["low"], high=_rpm(high))
         else:
-            known = _("but its data begin at {low}", low=_rpm(low))
+            text = _("but its data begin at {low}", low=_rpm(low))
         runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
-        yield _("{runs}, {known}: its torque beyond is an extrapolation.", runs=runs, known=known)
+        yield _("{runs}, {known}: its torque beyond is an extrapolation.", runs=runs, known=text)
 
 
-def _fluxes(found: ElectricalTransients) -> str:
+def _fluxes(transients: ElectricalTransients) -> str:
     """Effect of the fluxes of a two-axis motor compared with its static curve."""
-    shares = {name: f"{100 * one.difference:+.2g} %" for name, one in found._asdict().items()}
-    if found.matters:
+    shares = {name: f"{100 * one.difference:+.2g} %" for name, one in transients._asdict().items()}
+    if transients.matters:
         return _(
             "Its fluxes matter: compared with the static curve irregularity {irregularity}, greatest torque "
             "{greatest_torque}, heat of the rotor {rotor_heat}.",
@@ -366,30 +373,31 @@ DAMPED = 0.5
 """Damping ratio above which no harmonic is magnified: 1/(2 zeta) at resonance is 1 or less."""
 
 
-def _resonance(found: Synchronism) -> Iterator[str]:
+def _resonance(synchronism: Synchronism) -> Iterator[str]:
     """Warnings of a synchronous motor near pull-out, and of a swing near a harmonic of its load."""
-    if found.pull_out_share > _NEAR:
+    if synchronism.pull_out_share > _NEAR:
         yield _(
-            "The torque of its load angle reaches {share} of the pull-out torque.", share=_share(found.pull_out_share, 1.0)
+            "The torque of its load angle reaches {share} of the pull-out torque.",
+            share=_share(synchronism.pull_out_share, 1.0),
         )
-    if not found.damping_ratio < DAMPED:
+    if not synchronism.damping_ratio < DAMPED:
         return
-    natural, near = f"{number(figure(found.natural_frequency, 0.0, 4))} Hz", found.near_resonance
+    natural, near = f"{number(figure(synchronism.natural_frequency, 0.0, 4))} Hz", synchronism.near_resonance
     if near is not None:
-        told = {"natural": natural, "k": near.order, "harmonic": f"{number(figure(near.frequency, 0.0, 4))} Hz"}
+        values = {"natural": natural, "k": near.order, "harmonic": f"{number(figure(near.frequency, 0.0, 4))} Hz"}
         times = number(figure(near.magnification, 0.0, 3))
         yield _(
             "Its swing, of natural frequency {natural}, is near harmonic {k} of the load, {harmonic}: {times} times larger.",
-            **told,
+            **values,
             times=times,
         )
-    above = found.heavier_is_nearer
+    above = synchronism.heavier_is_nearer
     if above is not None:
-        told = {"natural": natural, "k": above.order, "harmonic": f"{number(figure(above.frequency, 0.0, 4))} Hz"}
+        values = {"natural": natural, "k": above.order, "harmonic": f"{number(figure(above.frequency, 0.0, 4))} Hz"}
         yield _(
             "Its swing, of natural frequency {natural}, lies above harmonic {k} of the load, {harmonic}: "
             "a heavier flywheel brings it nearer to resonance.",
-            **told,
+            **values,
         )
 
 
@@ -398,11 +406,11 @@ def _resonance(found: Synchronism) -> Iterator[str]:
 
 def duty(sizing: Sizing) -> list[str]:
     """A duty phase by phase, and its motor's load over all of it."""
-    found = sizing.duty
-    if found is None:
+    load = sizing.duty
+    if load is None:
         return []
     table = []
-    for row in found.phases:
+    for row in load.phases:
         if row.rest:
             table.append((row.name, figure(row.duration, 0.0, 5), *("",) * 5))
             continue
@@ -418,38 +426,38 @@ def duty(sizing: Sizing) -> list[str]:
                 "" if heat is None else figure(heat if share is None else 100 * share, 0.0, 4),
             )
         )
-    hot = "heat, W" if found.heat_share is None else "heat, %"
+    hot = "heat, W" if load.heat_share is None else "heat, %"
     header = ("", "s", "rpm", "irregularity", "power, W", "rms, N m", hot)
     kept = [k for k in range(len(header)) if k == 0 or any(row[k] for row in table)]
-    kind = "" if found.type is None else f", {found.type}"
-    percent = figure(100 * found.cyclic_duration_factor, 0.0, 4)
-    title = f"Duty of {figure(found.period, 0.0, 5)} s{kind}, loaded for {percent} % of it; the hardest: {found.governing}"
+    kind = "" if load.type is None else f", {load.type}"
+    percent = figure(100 * load.cyclic_duration_factor, 0.0, 4)
+    title = f"Duty of {figure(load.period, 0.0, 5)} s{kind}, loaded for {percent} % of it; the hardest: {load.governing}"
     lines = [title, *columns([[row[k] for k in kept] for row in table], [header[k] for k in kept])]
-    lines += block("Over the duty", _over(found))[1:]
+    lines += block("Over the duty", _over(load))[1:]
     rise = sizing.temperature
     if rise is not None:
         ends = ", ".join(f"{figure(end, 0.0, 4)} K after {name}" for name, end in rise.phases)
         most, after = figure(rise.greatest, 0.0, 5), figure(rise.time, 0.0, 4)
-        told = f"Windings: greatest rise {most} K after {after} s, limit {rise.limit:g} K; {ends}."
-        lines += sentences([told, *(f"At most {count} starts an hour into {name}." for name, count in rise.starts.items())])
+        line = f"Windings: greatest rise {most} K after {after} s, limit {rise.limit:g} K; {ends}."
+        lines += sentences([line, *(f"At most {count} starts an hour into {name}." for name, count in rise.starts.items())])
     return lines
 
 
-def _over(found: Duty) -> Iterator[Row]:
+def _over(load: Duty) -> Iterator[Row]:
     """The motor's load over a duty."""
 
     def beside(share: float | None) -> str:
         return "" if share is None else f", {figure(100 * share, 0.0, 4)} % of that at the rated point"
 
-    if found.mean_power is not None:
-        yield Row("mean power over the duty", figure(found.mean_power, 0.0, 6), "W")
-    if found.rms_torque is not None:
-        yield Row("rms torque over the duty", figure(found.rms_torque, 0.0, 6), f"N m{beside(found.rms_torque_share)}")
-    if found.current_rms is not None:
-        yield Row("rms current over the duty", figure(found.current_rms, 0.0, 6), "A")
-    if found.heat is not None:
-        yield Row("mean heat over the duty", figure(found.heat, 0.0, 6), f"W{beside(found.heat_share)}")
-    for row in found.phases:
+    if load.mean_power is not None:
+        yield Row("mean power over the duty", figure(load.mean_power, 0.0, 6), "W")
+    if load.rms_torque is not None:
+        yield Row("rms torque over the duty", figure(load.rms_torque, 0.0, 6), f"N m{beside(load.rms_torque_share)}")
+    if load.current_rms is not None:
+        yield Row("rms current over the duty", figure(load.current_rms, 0.0, 6), "A")
+    if load.heat is not None:
+        yield Row("mean heat over the duty", figure(load.heat, 0.0, 6), f"W{beside(load.heat_share)}")
+    for row in load.phases:
         if row.change_time is not None:
             heat = "" if row.change_heat is None else f", heat {figure(row.change_heat, 0.0, 4)} J"
             yield Row(f"the change into {row.name}", figure(row.change_time, 0.0, 4), f"s{heat}")
@@ -488,11 +496,11 @@ class Entry(NamedTuple):
 
 def entries(flow: PowerFlow, at: float | None = None) -> tuple[Entry, ...]:
     """Every stream with its name in the language in use, and its mean power (W) or that at a crank angle (rad)."""
-    found = []
+    all_entries = []
     for stream, power in zip(flow.streams, [s.mean for s in flow.streams] if at is None else flow.at(at), strict=True):
         tiny = flow.error * max(abs(stream.greatest), abs(stream.least), flow.scale)
-        found.append(Entry(stream, stream_name(stream, flow), power if abs(power) > tiny else 0.0))
-    return tuple(found)
+        all_entries.append(Entry(stream, stream_name(stream, flow), power if abs(power) > tiny else 0.0))
+    return tuple(all_entries)
 
 
 def places(flow: PowerFlow) -> dict[str, str]:
@@ -506,8 +514,8 @@ def places(flow: PowerFlow) -> dict[str, str]:
     ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load on crank', 'flywheel'])
     """
     drive = _("drive") if flow.scene.motor is None else _("motor")
-    known = any(stream.kind in ("stator", "copper") for stream in flow.streams)
-    mains = _("mains") if known or flow.scene.motor is None else _("air gap of the motor")
+    by_kind = any(stream.kind in ("stator", "copper") for stream in flow.streams)
+    mains = _("mains") if by_kind or flow.scene.motor is None else _("air gap of the motor")
     return {"mains": mains, "drive": drive} | {f"shafts.{name}": shaft_name(name) for name in flow.scene.shafts}
 
 
@@ -537,8 +545,8 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
         words = {"slip": _("slip of belt {shafts}"), "shaft": _("through {shafts}")}
         return words.get(stream.kind, _("belt {shafts}") if belt else _("mesh {shafts}")).format(shafts=pair)
     if stream.kind == "load":
-        known = next((model_of(load.model) for load in scene.loads if load.path == stream.name), None)
-        return _("{what} on {place}", what=_("load") if known is None else message(known.words), place=on)
+        model = next((model_of(load.model) for load in scene.loads if load.path == stream.name), None)
+        return _("{what} on {place}", what=_("load") if model is None else message(model.words), place=on)
     if stream.kind == "stored":
         stores = {
             "flywheel": _("flywheel"),
@@ -563,9 +571,9 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
     return words.get(stream.kind, stream.kind)
 
 
-def given(flow: PowerFlow, found: Sequence[Entry]) -> float:
+def given(flow: PowerFlow, entries_in: Sequence[Entry]) -> float:
     """Power from outside and from stores (W): the whole to which shares refer."""
-    return sum(abs(entry.power) for entry in found if gives(flow, entry))
+    return sum(abs(entry.power) for entry in entries_in if gives(flow, entry))
 
 
 def gives(flow: PowerFlow, entry: Entry) -> bool:
@@ -619,10 +627,10 @@ def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
     sums = {"input": flow.input, "lost": flow.losses, "output": flow.output}
     titles = {"input": _("comes in"), "lost": _("is lost"), "output": _("arrives")}
     blank = ("",) * (len(header) - 3)
-    for key, found in ends.items():
-        if found:
+    for key, parts in ends.items():
+        if parts:
             rows.append((titles[key], _watts(flow, sums[key]), _share_of_input(sums[key], whole), *blank))
-            rows += [row(entry, f"  {entry.label}") for entry in found]
+            rows += [row(entry, f"  {entry.label}") for entry in parts]
     rows.append((_("lost and arrived"), _watts(flow, flow.losses + flow.output),
                  _share_of_input(flow.losses + flow.output, whole), *blank))  # fmt: skip
     stored = [entry for entry in mean if entry.stream.kind == "stored"]
@@ -646,8 +654,8 @@ def shafts(flow: PowerFlow) -> list[str]:
         rows.append((place(one.shaft), number(figure(one.speed * RPM, 0.0, _DIGITS)), to, *figures))
     if len(rows) < 2:
         return []
-    told = _("Shafts: mean speed, and power and torque through the mesh, on its own side")
-    return [told, *columns(rows, header)]
+    title = _("Shafts: mean speed, and power and torque through the mesh, on its own side")
+    return [title, *columns(rows, header)]
 
 
 def _watts(flow: PowerFlow, value: float) -> str:
@@ -677,7 +685,7 @@ def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) ->
     whole = units.read(flow.input, "power", 3)
     if flow.output <= _TINY * flow.input:
         return _("All of {power} is lost: {losses}.", power=whole, losses=", ".join(parts))
-    told = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
+    values = {"share": few_digits(100 * flow.output / flow.input, 3), "power": whole, "losses": ", ".join(parts)}
     if not losses:
-        return _("{share} % of {power} reaches the loads.", **told)
-    return _("{share} % of {power} reaches the loads; lost: {losses}.", **told)
+        return _("{share} % of {power} reaches the loads.", **values)
+    return _("{share} % of {power} reaches the loads; lost: {losses}.", **values)

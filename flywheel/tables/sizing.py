@@ -96,9 +96,9 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
     wheel = sizing.flywheel
     exact, exact_error = wheel.exact or 0.0, inertia_error(sizing)
     if sizing.scene.areas is not None:
-        wanted = (sizing.scene.irregularity or 0.0, 0.0)
-        return [Candidate("approximate", "accumulated areas", exact, exact_error, None, 0.0, wanted, None)]
-    found = []
+        target = (sizing.scene.irregularity or 0.0, 0.0)
+        return [Candidate("approximate", "accumulated areas", exact, exact_error, None, 0.0, target, None)]
+    rows = []
     for key, (name, _label) in _CANDIDATES.items() if sizing.approximated else (("exact", _CANDIDATES["exact"]),):
         inertia, error = getattr(wheel, key) or 0.0, inertia_error(sizing, key)
         off = inertia / exact - 1 if exact > exact_error and key != "exact" else None
@@ -116,10 +116,10 @@ def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
             gives = motion.irregularity, motion.error * motion.irregularity
         elif looked and sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
             gives = 0.0, 0.0  # nothing acts; else the machine would stop
-        run, asked = sizing.run, sizing.scene.irregularity or 0.0
-        only_bound = key == "exact" and error >= inertia and run is not None and run.irregularity < asked
-        found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion, only_bound))
-    return found
+        run, eps = sizing.run, sizing.scene.irregularity or 0.0
+        only_bound = key == "exact" and error >= inertia and run is not None and run.irregularity < eps
+        rows.append(Candidate(key, name, inertia, error, off, off_error, gives, motion, only_bound))
+    return rows
 
 
 def inertia_cell(one: Candidate, written: Callable[[float, float], str], times: float = 1.0) -> str:
@@ -174,12 +174,12 @@ def flywheel(sizing: Sizing) -> list[str]:
     else:
         head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
     header = ("", "inertia, kg m²", "error", "irregularity it gives", "as ± %", "steadiness")
-    found = candidates(sizing)
-    cells = [_cells(candidate) for candidate in found]
+    wheels = candidates(sizing)
+    cells = [_cells(candidate) for candidate in wheels]
     table = columns(cells, header)
     if max(map(len, table)) > WIDTH:
         table = columns(cells, header, gap=" ", indent=" ")
-    return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, found), *_verdicts(sizing)])
+    return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, wheels), *_verdicts(sizing)])
 
 
 def limits(sizing: Sizing) -> list[str]:
@@ -195,12 +195,12 @@ def limits(sizing: Sizing) -> list[str]:
         alone = figure(limit.alone, limit.alone_error * limit.alone, _DIGITS) if limit.alone > 0.0 else "none"
         binds = "binds" if name == sizing.binding else ""
         rows.append((names[name], *(f"{share} %" for share in shares), alone, binds))
-    told = []
+    lines = []
     if sizing.binding is None:
-        told.append("The machine's own inertia keeps all of them: none binds.")
+        lines.append("The machine's own inertia keeps all of them: none binds.")
     if sizing.scene.irregularity is not None and not sizing.approximated:
-        told.append("Approximate flywheels take only the irregularity into account, and are left out.")
-    return ["Limits", *columns(rows, header), *sentences(told)]
+        lines.append("Approximate flywheels take only the irregularity into account, and are left out.")
+    return ["Limits", *columns(rows, header), *sentences(lines)]
 
 
 def _cells(candidate: Candidate) -> tuple[str, ...]:
@@ -230,13 +230,13 @@ def _proven(sizing: Sizing) -> Iterator[str]:
     yield f"Proven bounds: exact between {areas} by the areas, {torque} by the torque."
 
 
-def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
+def _in_gd2(sizing: Sizing, rows: list[Candidate]) -> Iterator[str]:
     """The inertias as GD², and the totals of the approximate ones."""
-    if any(candidate.inertia > 0.0 for candidate in found):
-        each = [f"{inertia_cell(c, partial(figure, most=_DIGITS), gd2(1.0))} {_CANDIDATES[c.key][1]}" for c in found]
+    if any(candidate.inertia > 0.0 for candidate in rows):
+        each = [f"{inertia_cell(c, partial(figure, most=_DIGITS), gd2(1.0))} {_CANDIDATES[c.key][1]}" for c in rows]
         yield f"GD² = 4 J: {', '.join(each)}, kg m²."
     wheel = sizing.flywheel
-    if len(found) > 1 and wheel.approximate_total and wheel.inertia_torque:
+    if len(rows) > 1 and wheel.approximate_total and wheel.inertia_torque:
         areas = or_unknown(wheel.approximate_total, inertia_error(sizing, "approximate"), _DIGITS)
         torque = or_unknown(wheel.inertia_torque, inertia_error(sizing, "inertia_torque"), _DIGITS)
         yield f"With the machine's own least inertia, as totals: {areas} by the areas, {torque} by the torque."
@@ -295,8 +295,8 @@ def wheel(sizing: Sizing) -> list[str]:
     if built.irregularity is not None:
         rows.append(Row("irregularity with it", irregularity(built.irregularity, built.error * built.irregularity)))
     if built.torque is not None:
-        asked = scene.wheel is None or scene.wheel.torque is not None
-        whence = "" if asked else ", inertia times the greatest acceleration"
+        has_torque = scene.wheel is None or scene.wheel.torque is not None
+        whence = "" if has_torque else ", inertia times the greatest acceleration"
         rows.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{whence}"))
     lines = block("The wheel", rows)
     made_for, which = (sizing.flywheel.exact, "exact") if scene.inertia is None else (scene.inertia, "given")
@@ -318,41 +318,41 @@ def wheel_rows(wheel: Wheel) -> list[Row]:
     [('shape', 'disc', ''), ('material', 'carbon steel', ''), ('outer radius', '300', 'mm')]
     """
     body, allowable = wheel.body, wheel.material.allowable
-    found = [
+    rows = [
         Row("shape", f"{wheel.shape}, taken as thin" if body.thin else wheel.shape),
         Row("material", wheel.material.name),
         _size("outer radius", body.outer),
     ]
     if wheel.shape != "disc":
-        found += [_size("mean radius", body.mean), _size("thickness", body.thickness)]
-    found.append(_size("width", body.width))
+        rows += [_size("mean radius", body.mean), _size("thickness", body.thickness)]
+    rows.append(_size("width", body.width))
     if wheel.shape == "disc" and body.inner > 0.0:
-        found.append(_size("bore", 2 * body.inner))
+        rows.append(_size("bore", 2 * body.inner))
     if body.arms is not None:
         arms = body.arms
-        found += [Row("arms", str(arms.number)), _size("arm width", arms.width), _size("arm thickness", arms.thickness)]
+        rows += [Row("arms", str(arms.number)), _size("arm width", arms.width), _size("arm thickness", arms.thickness)]
     if body.hub is not None:
         hub = body.hub
-        found += [_size("bore", hub.bore), _size("hub diameter", hub.diameter), _size("hub length", hub.length)]
-    found += [
+        rows += [_size("bore", hub.bore), _size("hub diameter", hub.diameter), _size("hub length", hub.length)]
+    rows += [
         _quantity("mass", wheel.mass, "kg"),
         Row("inertia", figure(wheel.inertia), "kg m²"),
         Row("GD²", figure(gd2(wheel.inertia)), "kg m²"),
     ]
     if len(wheel.parts) > 1:
-        found += [_quantity(f"mass, {part.name}", part.mass, "kg") for part in wheel.parts if part.mass is not None]
-        found += [_quantity(f"inertia, {part.name}", part.inertia, "kg m²") for part in wheel.parts]
-    found.append(_quantity("rim speed", wheel.rim_speed, "m/s"))
+        rows += [_quantity(f"mass, {part.name}", part.mass, "kg") for part in wheel.parts if part.mass is not None]
+        rows += [_quantity(f"inertia, {part.name}", part.inertia, "kg m²") for part in wheel.parts]
+    rows.append(_quantity("rim speed", wheel.rim_speed, "m/s"))
     for place, stress in wheel.stresses.items():
         fits = allowable is None or stress <= allowable * (1 + ROUNDING)
-        found.append(_quantity(f"stress, {place}", stress / 1e6, "MPa" if fits else "MPa, above the allowable"))
+        rows.append(_quantity(f"stress, {place}", stress / 1e6, "MPa" if fits else "MPa, above the allowable"))
     if allowable is not None:
-        found.append(_quantity("allowable stress", allowable / 1e6, "MPa"))
+        rows.append(_quantity("allowable stress", allowable / 1e6, "MPa"))
     if wheel.safety is not None:
         against = "strength" if wheel.material.strength is not None else "allowable stress"
-        found.append(_quantity(f"safety factor, by {against}", wheel.safety, ""))
+        rows.append(_quantity(f"safety factor, by {against}", wheel.safety, ""))
     others = {shape: mass for shape, mass in wheel.compared.items() if shape != wheel.shape}
-    return [*found, *(_quantity(_COMPARED[shape], mass, "kg") for shape, mass in others.items())]
+    return [*rows, *(_quantity(_COMPARED[shape], mass, "kg") for shape, mass in others.items())]
 
 
 def _quantity(name: str, value: float, unit: str) -> Row:
@@ -434,25 +434,25 @@ def text(sizing: Sizing) -> str:
 
 def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
     """JSON that `flywheel size --json` prints: the sizing, SI throughout, and its explanation if there is one."""
-    told = {} if explanation is None else {"explanation": explanation}
-    return encoded({**sizing.as_dict(), **told}, indent=2)
+    extra = {} if explanation is None else {"explanation": explanation}
+    return encoded({**sizing.as_dict(), **extra}, indent=2)
 
 
 def headline(sizing: Sizing) -> str:
     """The result in a line, below the scene's title (shortened if it is too long for a picture's heading)."""
     scene, wheel = sizing.scene, sizing.flywheel
     speed = f"crank at {figure(sizing.speed * RPM, 0.0, 6)} rpm"
-    asked = f"irregularity {figure(scene.irregularity or 0.0)}"
+    requirement = f"irregularity {figure(scene.irregularity or 0.0)}"
     if scene.limits:
-        asked = "its limits" if sizing.binding is None else f"its limits, {limit_names()[sizing.binding]} binding"
+        requirement = "its limits" if sizing.binding is None else f"its limits, {limit_names()[sizing.binding]} binding"
     if scene.inertia is not None:
         eps = sizing.simulation and figure(sizing.simulation.irregularity, 0.0, 5)
         what = f"given flywheel {figure(scene.inertia, 0.0, 6)} kg m² on {wheel.on}, {speed}: irregularity {eps}"
     elif wheel.needed is False:
-        what = f"no flywheel needed for {asked}, {speed}"
+        what = f"no flywheel needed for {requirement}, {speed}"
     else:
         inertia = figure(wheel.exact or 0.0, inertia_error(sizing), 6)
-        what = f"flywheel {inertia} kg m² on {wheel.on} for {asked}, {speed}"
+        what = f"flywheel {inertia} kg m² on {wheel.on} for {requirement}, {speed}"
     title = " ".join(printable(scene.title or "").split())
     title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
     return f"{title}\n{what}" if title else what
@@ -460,12 +460,12 @@ def headline(sizing: Sizing) -> str:
 
 def remarks(sizing: Sizing) -> tuple[Remark, ...]:
     """The remarks on a scene and on its sizing: numbers out of proportion."""
-    found = list(sizing.scene.remarks)
+    lines = list(sizing.scene.remarks)
     if sizing.built is not None:
-        found += of_rim(sizing.built.wheel.rim_speed)
+        lines += of_rim(sizing.built.wheel.rim_speed)
     if sizing.drive_work is not None:
-        found += of_drive(sizing.drive_work, sizing.energy_fluctuation, sizing.balance is not None)
-    return tuple(found)
+        lines += of_drive(sizing.drive_work, sizing.energy_fluctuation, sizing.balance is not None)
+    return tuple(lines)
 
 
 def _power_flow(sizing: Sizing) -> list[str]:
@@ -560,8 +560,8 @@ def _holding(sizing: Sizing) -> list[str]:
         rows.append(Row("settles to 1 % in", figure(cycles, 0.0, 3), f"cycles, {figure(lasts, 0.0, 3)} s"))
     speed = cyclic.constant_speed
     at = f"{figure(speed, 0.0, 7)} rad/s ({figure(speed * RPM, 0.0, 7)} rpm)"
-    told = [f"Areas and approximate figures take the torques at a constant {at}."]
-    return block("Stability of the motion", rows) + sentences(told)
+    lines = [f"Areas and approximate figures take the torques at a constant {at}."]
+    return block("Stability of the motion", rows) + sentences(lines)
 
 
 def grows(cyclic: Stability) -> bool:
@@ -629,11 +629,11 @@ _ROUTES = {
 
 
 def _simulation(sizing: Sizing) -> list[str]:
-    motion, relative, asked = sizing.simulation, sizing.error.simulation or 0.0, sizing.scene.irregularity
+    motion, relative, requirement = sizing.simulation, sizing.error.simulation or 0.0, sizing.scene.irregularity
     if motion is None or motion.route == "areas":
         return []
     error = relative * motion.irregularity
-    beside = "" if asked is None else f"(asked {'' if sizing.flywheel.needed else 'at most '}{figure(asked)})"
+    beside = "" if requirement is None else f"(asked {'' if sizing.flywheel.needed else 'at most '}{figure(requirement)})"
     rows = [Row("irregularity", irregularity(motion.irregularity, error), beside)]
     if motion.period is not None:
         own = sizing.error.period if sizing.error.period is not None else error
@@ -654,18 +654,18 @@ def _errors(sizing: Sizing) -> list[str]:
     }
     diagram = sizing.scene.areas is not None  # which knows of no other inertia than the areas'
     errors = {title: getattr(sizing.error, name) for name, title in titles.items() if not (diagram and name == "exact")}
-    known = [f"{title} {short(error)}" for title, error in errors.items() if error is not None]
-    if not known:
+    parts = [f"{title} {short(error)}" for title, error in errors.items() if error is not None]
+    if not parts:
         return []
     state = "reached" if sizing.reached else "NOT reached"
-    told = [f"Estimated relative errors: {', '.join(known)}; {short(sizing.rtol)} asked, {state}."]
+    lines = [f"Estimated relative errors: {', '.join(parts)}; {short(sizing.rtol)} asked, {state}."]
     motion = sizing.simulation
     if motion is not None and motion.closure is not None and motion.route != "areas":
-        told.append(f"The motion closes to {short(motion.closure)}: omega at the end over omega at the start, less 1.")
+        lines.append(f"The motion closes to {short(motion.closure)}: omega at the end over omega at the start, less 1.")
     if sizing.closure and sizing.scene.unknown is None:
         share = "swing" if diagram else "work exchanged"
-        told.append(f"The work of a cycle closes to {short(sizing.closure)} of the {share}.")
-    return sentences(told, "")
+        lines.append(f"The work of a cycle closes to {short(sizing.closure)} of the {share}.")
+    return sentences(lines, "")
 
 
 def _notes(sizing: Sizing) -> list[str]:

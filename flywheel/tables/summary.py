@@ -93,8 +93,8 @@ def summary(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple
 
     """
     system = SYSTEMS[units]
-    found = (block(sizing, system) if block is not _flywheel else _flywheel(sizing, system, motions) for block in BLOCKS)
-    return tuple(block for block in found if any(block[1:]))
+    blocks = (block(sizing, system) if block is not _flywheel else _flywheel(sizing, system, motions) for block in BLOCKS)
+    return tuple(block for block in blocks if any(block[1:]))
 
 
 # -- the machine -----------------------------------------------------------------------------------------------------
@@ -114,9 +114,9 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
     for alike in _alike(part for part in parts(scene, units) if part.kind != "runs"):
         first = alike[0]
         if first.kind == "mechanism":
-            told = f"{first.head}{_at_phases(alike)}: {first.told}"
+            text = f"{first.head}{_at_phases(alike)}: {first.told}"
             names = ", ".join(part.label for part in alike)
-            rows.append(Row(names, told) if len(alike) == 1 else Row(_("mechanisms"), f"{names}: {told}"))
+            rows.append(Row(names, text) if len(alike) == 1 else Row(_("mechanisms"), f"{names}: {text}"))
         else:
             heads = ", ".join(part.head for part in alike if part.head)
             rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
@@ -133,10 +133,10 @@ def _at_phases(alike: list[SceneLine]) -> str:
     return " " + _("at {angles}", angles=", ".join(part.phase or "0" for part in alike))
 
 
-def _alike(found: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
+def _alike(lines: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
     """Parts of a kind with equal data, such as the cylinders of an engine."""
     groups: dict[tuple[str, ...], list[SceneLine]] = {}
-    for k, part in enumerate(found):
+    for k, part in enumerate(lines):
         own = (str(k),) if part.kind in ("shaft", "areas", "inertia") else ()
         what = (part.head,) if part.kind == "mechanism" else ()
         groups.setdefault((part.kind, part.told, *what, *own), []).append(part)
@@ -163,26 +163,26 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     scene, us = sizing.scene, units.name == "us"
     if scene.inertia is not None:
         return _given(sizing, units)
-    asked, inertia_of = scene.irregularity or 0.0, lambda value, error: units.of(value, "inertia", error)
-    of = {"shaft": _shaft(sizing), "eps": number(figure(asked, most=6)), "percent": number(figure(50 * asked, most=6))}
+    eps, inertia_of = scene.irregularity or 0.0, lambda value, error: units.of(value, "inertia", error)
+    of = {"shaft": _shaft(sizing), "eps": number(figure(eps, most=6)), "percent": number(figure(50 * eps, most=6))}
     inertia = units.unit("inertia")
     header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
     header += (_("error"), _("irregularity"))
-    found = candidates(sizing, motions)
+    rows = candidates(sizing, motions)
     table = []
-    for one in found:
+    for one in rows:
         off, gives = _off(one), _gives(one)
         figures = [inertia_cell(one, inertia_of, times) for times in ((1.0,) if us else (1.0, gd2(1.0)))]
         table.append((_name(one), *figures, off, gives))
     title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
-    told = tuple(_shortcuts(sizing, found))
+    notes = tuple(_shortcuts(sizing, rows))
     if sizing.limits:
         title = _("Flywheel on {shaft}: the smallest that keeps its limits", shaft=of["shaft"])
         if sizing.binding != "irregularity":  # which alone the approximate ones are for
-            table, told = table[:1], ()
+            table, notes = table[:1], ()
     if not any(cells[-2] for cells in table):
         header, table = _without(header, -2), [_without(cells, -2) for cells in table]
-    return Block("flywheel", title, header=header, table=tuple(table), sentences=told)
+    return Block("flywheel", title, header=header, table=tuple(table), sentences=notes)
 
 
 def _limits(sizing: Sizing, units: TradeUnits) -> Block:
@@ -193,17 +193,20 @@ def _limits(sizing: Sizing, units: TradeUnits) -> Block:
     for name, limit in sizing.limits.items():
         error = limit.reached_error * limit.reached
         if name == "irregularity":
-            asked, reached = number(figure(limit.asked, most=6)), five_digits(limit.reached, error)
+            limit_value, reached = number(figure(limit.asked, most=6)), five_digits(limit.reached, error)
         else:
-            asked, reached = f"{few_digits(100 * limit.asked, 4)} %", f"{five_digits(100 * limit.reached, 100 * error)} %"
+            limit_value, reached = (
+                f"{few_digits(100 * limit.asked, 4)} %",
+                f"{five_digits(100 * limit.reached, 100 * error)} %",
+            )
         table.append(
-            (names[name], asked, reached, str(units.shown(limit.alone, "inertia", limit.alone_error * limit.alone)))
+            (names[name], limit_value, reached, str(units.shown(limit.alone, "inertia", limit.alone_error * limit.alone)))
         )
     header = (_("limit"), _("asked"), _("reached"), _("alone it needs"))
-    told = _("None binds: the machine's own inertia keeps them.")
+    note = _("None binds: the machine's own inertia keeps them.")
     if sizing.binding is not None:
-        told = _("What binds: {limit}.", limit=names[sizing.binding])
-    return Block("limits", header=header, table=tuple(table), sentences=(told,))
+        note = _("What binds: {limit}.", limit=names[sizing.binding])
+    return Block("limits", header=header, table=tuple(table), sentences=(note,))
 
 
 def _without(cells: tuple[str, ...], place: int) -> tuple[str, ...]:
@@ -242,9 +245,9 @@ def _given(sizing: Sizing, units: TradeUnits) -> Block:
     rows = []
     if motion is not None:
         error = (sizing.error.simulation or 0.0) * motion.irregularity
-        told = _gives(Candidate("", "", 0.0, 0.0, None, 0.0, (motion.irregularity, error), None))
+        gives = _gives(Candidate("", "", 0.0, 0.0, None, 0.0, (motion.irregularity, error), None))
         deviation = "" if motion.irregularity <= max(error, NOTHING) else _deviation(motion.irregularity, error)
-        rows.append(Row(_("irregularity"), told, "", deviation))
+        rows.append(Row(_("irregularity"), gives, "", deviation))
     if units.name == "us":
         rows.append(Row(_("inertia"), *units.shown(scene.inertia, "inertia")))
     else:
@@ -253,7 +256,7 @@ def _given(sizing: Sizing, units: TradeUnits) -> Block:
     return Block("flywheel", _("Given flywheel of {inertia} on {shaft}", inertia=value, shaft=_shaft(sizing)), tuple(rows))
 
 
-def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
+def _shortcuts(sizing: Sizing, rows: list[Candidate]) -> Iterator[str]:
     """Errors of the approximate flywheels, and their sides."""
     wheel, run = sizing.flywheel, sizing.run
     if sizing.scene.areas is not None:
@@ -265,13 +268,13 @@ def _shortcuts(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
         else:
             eps = five_digits(run.irregularity, run.error * run.irregularity)
             yield _("No flywheel is needed: the machine's own inertia suffices and gives {eps}.", eps=eps)
-        too_large = [one for one in found if one.key != "exact" and one.inertia > one.error]
+        too_large = [one for one in rows if one.key != "exact" and one.inertia > one.error]
         if too_large:
             yield _("The approximate methods give a flywheel although none is needed.")
         return
-    if found[0].only_bound:
+    if rows[0].only_bound:
         yield _("This flywheel keeps the irregularity. Whether a lighter one does is unknown.")
-    shortcuts = [one for one in found if one.off is not None]
+    shortcuts = [one for one in rows if one.off is not None]
     if not shortcuts:
         return
     if all(abs(one.off or 0.0) <= max(_SAME_FLYWHEEL, one.off_error) for one in shortcuts):
@@ -386,13 +389,13 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
     note = "" if share is None else _("{share} of the drive's work", share=five_digits(share, fluctuation.error(sizing), 4))
     rows.append(_row(fluctuation, sizing, units, note))
     rows += [_row(one, sizing, units) for one, _value in shown(SUMMARY, sizing)]
-    told: list[str] = []
+    lines: list[str] = []
     if motor is not None and energy is not None:
         rows += _motor(sizing, motor, energy, units)
-        told += power.warnings(sizing, motor, units)
+        lines += power.warnings(sizing, motor, units)
     if can_lose(scene) and sizing.power_flow is not None:
-        told += filter(None, [power.sentence(sizing.power_flow, units)])
-    return Block("drive", rows=tuple(rows), sentences=tuple(told))
+        lines += filter(None, [power.sentence(sizing.power_flow, units)])
+    return Block("drive", rows=tuple(rows), sentences=tuple(lines))
 
 
 def _row(one: Finding, sizing: Sizing, units: TradeUnits, note: str = "") -> Row:
@@ -479,56 +482,61 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         yield Row(_("motor's current"), few_digits(energy.current_rms, 4), "A", note)
 
 
-def _servo(found: ServoLoad, units: TradeUnits) -> Iterator[Row]:
+def _servo(load: ServoLoad, units: TradeUnits) -> Iterator[Row]:
     """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
-    share = few_digits(100 * found.continuous_share, 3)
-    at = f"{few_digits(found.mean_speed * RPM, 5)} rpm"
+    share = few_digits(100 * load.continuous_share, 3)
+    at = f"{few_digits(load.mean_speed * RPM, 5)} rpm"
     note = _("at a mean of {speed}, {share} % of the continuous curve", speed=at, share=share)
-    yield Row(_("rms torque"), *units.shown(found.rms_torque, "torque"), note)
-    share, at = few_digits(100 * found.peak_share, 3), f"{few_digits(found.peak_speed * RPM, 5)} rpm"
+    yield Row(_("rms torque"), *units.shown(load.rms_torque, "torque"), note)
+    share, at = few_digits(100 * load.peak_share, 3), f"{few_digits(load.peak_speed * RPM, 5)} rpm"
     note = _("at {speed}, {share} % of the peak curve", speed=at, share=share)
-    note += ", " + _("ITS LIMIT") if found.at_peak else ""
-    yield Row(_("greatest torque"), *units.shown(found.peak_torque, "torque"), note)
-    if found.inertia_ratio is not None:
-        yield Row(_("inertia ratio"), few_digits(found.inertia_ratio, 4), "", _("of what it moves to its rotor"))
+    note += ", " + _("ITS LIMIT") if load.at_peak else ""
+    yield Row(_("greatest torque"), *units.shown(load.peak_torque, "torque"), note)
+    if load.inertia_ratio is not None:
+        yield Row(_("inertia ratio"), few_digits(load.inertia_ratio, 4), "", _("of what it moves to its rotor"))
 
 
-def _in_step(found: Synchronism) -> Iterator[Row]:
+def _in_step(synchronism: Synchronism) -> Iterator[Row]:
     """The load angle of a synchronous motor, and the natural frequency of its swing."""
     mean, least, greatest, limit = (
         few_digits(degrees(angle), 3)
-        for angle in (found.load_angle, found.load_angle_least, found.load_angle_greatest, found.pull_out_angle)
+        for angle in (
+            synchronism.load_angle,
+            synchronism.load_angle_least,
+            synchronism.load_angle_greatest,
+            synchronism.pull_out_angle,
+        )
     )
     span = _("from {least} to {greatest}, pull-out at {limit}", least=least, greatest=greatest, limit=limit)
     yield Row(_("load angle"), mean, "deg", span)
-    damping = _("damping ratio {ratio}", ratio=few_digits(found.damping_ratio, 3))
-    yield Row(_("frequency of its swing"), few_digits(found.natural_frequency, 4), "Hz", damping)
+    damping = _("damping ratio {ratio}", ratio=few_digits(synchronism.damping_ratio, 3))
+    yield Row(_("frequency of its swing"), few_digits(synchronism.natural_frequency, 4), "Hz", damping)
 
 
 def _duty(sizing: Sizing, units: TradeUnits) -> Block:
     """Load of the motor over a duty, and the phase that decides the flywheel."""
-    found, motor = sizing.duty, sizing.scene.motor
-    if found is None:
+    load, motor = sizing.duty, sizing.scene.motor
+    if load is None:
         return Block("duty")
-    loaded = few_digits(100 * found.cyclic_duration_factor, 3)
-    told = _(
+    loaded = few_digits(100 * load.cyclic_duration_factor, 3)
+    text = _(
         "{n} phases in {time} s, loaded for {percent} %",
-        n=len(found.phases),
-        time=few_digits(found.period, 4),
+        n=len(load.phases),
+        time=few_digits(load.period, 4),
         percent=loaded,
     )
-    hardest = _("phase that determines the flywheel: {phase}", phase=printable(found.governing))
-    rows = [Row(_("duty"), told if found.type is None else f"{found.type}, {told}", "", hardest)]
-    if found.rms_torque is not None:
-        rated = found.rms_torque_share
+    hardest = _("phase that determines the flywheel: {phase}", phase=printable(load.governing))
+    rows = [Row(_("duty"), text if load.type is None else f"{load.type}, {text}", "", hardest)]
+    if load.rms_torque is not None:
+        rated = load.rms_torque_share
         note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
-        rows.append(Row(_("rms torque over it"), *units.shown(found.rms_torque, "torque"), note))
-    if found.heat is not None and motor is not None:
-        share, note = found.heat_share, _("its limit is unknown without a rated point")
+        rows.append(Row(_("rms torque over it"), *units.shown(load.rms_torque, "torque"), note))
+    if load.heat is not None and motor is not None:
+        share, note = load.heat_share, _("its limit is unknown without a rated point")
         if share is not None:
             verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + TIE else _("within")
             note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
-        rows.append(Row(_("heat over it"), *_watts(found.heat), note))
+        rows.append(Row(_("heat over it"), *_watts(load.heat), note))
     return Block("duty", rows=tuple(rows))
 
 
@@ -558,8 +566,8 @@ def _run(sizing: Sizing, units: TradeUnits) -> Block:
     rows = []
     if band is not None:
         greatest, least = (units.shown(speed, "speed", band[2]) for speed in band[:2])
-        told = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
-        rows.append(Row(_("speed of the crank"), told, greatest.unit, _where(sizing)))
+        text = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
+        rows.append(Row(_("speed of the crank"), text, greatest.unit, _where(sizing)))
     other = scene.flywheel_on != "crank"
     if other or scene.speed is None or abs(sizing.speed / scene.speed - 1.0) > _SAME_FLYWHEEL:
         there = units.shown(sizing.speed * scene.flywheel_ratio, "speed")
@@ -602,11 +610,11 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         eps = five_digits(motion.irregularity, error * motion.irregularity)
         yield _("NOT confirmed: a second method gives {eps}, too uncertain to confirm the figures.", eps=eps)
     else:
-        found = {"eps": five_digits(motion.irregularity, error * motion.irregularity), "parts": _parts_of(error)}
+        values = {"eps": five_digits(motion.irregularity, error * motion.irregularity), "parts": _parts_of(error)}
         if motion.route == "time":
-            yield _("Confirmed by time simulation: {eps}, to {parts}.", **found)
+            yield _("Confirmed by time simulation: {eps}, to {parts}.", **values)
         else:
-            yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **found)
+            yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **values)
     if (proof := sizing.proof) is not None:
         if proof.reason:
             yield _("NOT proven: {reason}.", reason=proof.reason)
@@ -655,9 +663,9 @@ def _parts_of(error: float) -> str:
 
 def _notes(sizing: Sizing, units: TradeUnits) -> Block:
     """Remarks on the scene, and important messages."""
-    found = [_("Remark: {remark}", remark=remark) for remark in remarks(sizing)]
-    found += [_("Note: {note}", note=message(told)) for told in sizing.messages]
-    return Block("notes", sentences=tuple(found))
+    notes = [_("Remark: {remark}", remark=remark) for remark in remarks(sizing)]
+    notes += [_("Note: {note}", note=message(line)) for line in sizing.messages]
+    return Block("notes", sentences=tuple(notes))
 
 
 BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
@@ -693,7 +701,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
         blocks = tuple(
             block._replace(
                 rows=tuple(row for row in block.rows if short or row.label != long),
-                sentences=tuple(short if told == long else told for told in block.sentences),
+                sentences=tuple(short if sentence == long else sentence for sentence in block.sentences),
             )
             for block in blocks
         )
@@ -707,7 +715,7 @@ def _shorter(sizing: Sizing, units: str) -> Iterator[tuple[str, str]]:
     """Parts that a long summary leaves to `--full`, minor ones first: a sentence with its short form, or a row's label."""
     flow = sizing.power_flow
     if flow is not None:
-        yield tuple(power.sentence(flow, SYSTEMS[units], losses=told) or "" for told in (True, False))  # type: ignore[misc]
+        yield tuple(power.sentence(flow, SYSTEMS[units], losses=with_losses) or "" for with_losses in (True, False))  # type: ignore[misc]
     yield finding("energy_fluctuation").name, ""
     if "motor_heat" in sizing.limits:  # whose figure stands among the limits
         yield _("rotor's heat"), ""
@@ -743,11 +751,11 @@ def _lines(block: Block, width: int) -> list[str]:
         table = columns(block.table, block.header)
         lines += table if max(map(len, table)) <= WIDTH else columns(block.table, block.header, gap=" ", indent=" ")
     for row in block.rows:
-        shown = " ".join(filter(None, (row.value, row.unit)))
-        told = (
-            f"{shown.ljust(_FIGURES)}  {row.note}" if len(shown) <= _FIGURES else ", ".join(filter(None, (shown, row.note)))
+        value = " ".join(filter(None, (row.value, row.unit)))
+        text = (
+            f"{value.ljust(_FIGURES)}  {row.note}" if len(value) <= _FIGURES else ", ".join(filter(None, (value, row.note)))
         )
-        lines += _wrapped(told.rstrip(), f"  {row.label.ljust(width)}  ", " " * (width + 4))
+        lines += _wrapped(text.rstrip(), f"  {row.label.ljust(width)}  ", " " * (width + 4))
     indent = "" if block.name == "notes" else "  "
     for sentence in block.sentences:
         lines += _wrapped(sentence, indent, indent)
@@ -758,10 +766,10 @@ _UNITS = {scale.name for system in SYSTEMS.values() for scales in system.scales.
 _QUANTITY = re.compile(rf"(?<=\d) ({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})(?![\w²])")
 
 
-def _wrapped(told: str, first: str, rest: str) -> list[str]:
+def _wrapped(text: str, first: str, rest: str) -> list[str]:
     """Lines of a text in which a number stays with its unit."""
-    held = _QUANTITY.sub(lambda unit: unit[0].replace(" ", "\xa0"), printable(told))
-    lines = wrap(held, WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
+    unbroken = _QUANTITY.sub(lambda unit: unit[0].replace(" ", "\xa0"), printable(text))
+    lines = wrap(unbroken, WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
     return [line.replace("\xa0", " ") for line in lines]
 
 
@@ -772,26 +780,26 @@ def _machine_lines(block: Block, most: int) -> list[str]:
     def in_lines(row: Row, most: int = 1000) -> list[str]:
         """A row in a limited number of lines; the pieces left out are counted."""
         pieces = row.value.split("; ")
-        for shown in range(len(pieces), 0, -1):
-            rest = [_("and {n} more", n=len(pieces) - shown)] if shown < len(pieces) else []
-            lines = _wrapped("; ".join([*pieces[:shown], *rest]), f"  {row.label.ljust(width)}  ", " " * (width + 4))
+        for count in range(len(pieces), 0, -1):
+            rest = [_("and {n} more", n=len(pieces) - count)] if count < len(pieces) else []
+            lines = _wrapped("; ".join([*pieces[:count], *rest]), f"  {row.label.ljust(width)}  ", " " * (width + 4))
             if len(lines) <= most:
                 break
         return lines
 
     for longest in (1000, 2, 1):
-        shown = [in_lines(row, longest) for row in block.rows]
-        if sum(map(len, shown)) <= most:
-            return [line for lines in shown for line in lines]
+        texts = [in_lines(row, longest) for row in block.rows]
+        if sum(map(len, texts)) <= most:
+            return [line for lines in texts for line in lines]
     count = len(block.rows) - 1
     while count:
-        told = [line for lines in shown[:count] for line in lines]
+        lines_taken = [line for lines in texts[:count] for line in lines]
         # rows that found no place, by their labels
         rows = block.rows[count:-1]
         labels = Counter(row.label for row in rows)
         names = ", ".join(label if n == 1 else f"{n} × {label}" for label, n in labels.items())
         rest = _wrapped(_("and {names}: see --full", names=names), "  ", "  ")
-        if len(told) + len(rest) + len(shown[-1]) <= most:
+        if len(lines_taken) + len(rest) + len(texts[-1]) <= most:
             break
         count -= 1
-    return [*told, *rest, *shown[-1]]
+    return [*lines_taken, *rest, *texts[-1]]
