@@ -198,10 +198,10 @@ def _framed(
                 marks.append(Mark(sample, samples[name], 9.0 if name in parts else 2.0))
             x += 20.0 * (name in samples or note in (_DERIVATIVE, _SIGNAL))
             first, colon, rest = name.partition(":")
-            told = words.get(first, first) + colon if name not in parts else name
+            label = words.get(first, first) + colon if name not in parts else name
             mark = _text("" if name in parts else rest, Box(x, y, 0.0, 0.0), NAME_SIZE)
-            marks.append(mark._replace(side="left", literal=told))
-            x += 10.0 + width(told + mark.text, NAME_SIZE)
+            marks.append(mark._replace(side="left", literal=label))
+            x += 10.0 + width(label + mark.text, NAME_SIZE)
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
         marks.insert(0, _text("", place, LABEL_SIZE)._replace(literal=title))
@@ -274,23 +274,23 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
 
     """
     _kind(file)
-    figure = figure_of(_shown(graph, options))
+    figure = figure_of(_picture(graph, options))
     _save(figure, file)
     return figure
 
 
-def figure_of(shown: Picture) -> Figure:
+def figure_of(picture: Picture) -> Figure:
     """Returns a picture as a figure of matplotlib, whose single pair of axes fills it, in points."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    left, bottom, right, top = shown.edges
+    left, bottom, right, top = picture.edges
     figure = Figure(figsize=((right - left) / 72.0, (top - bottom) / 72.0))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(left, right), ylim=(bottom, top))
     axes.set_axis_off()
-    for mark in shown.marks:
+    for mark in picture.marks:
         (x0, y0), (x1, y1) = mark.at
         if mark.text or mark.literal:
             style: dict[str, Any] = {"family": ["STIXGeneral", "DejaVu Sans"], "math_fontfamily": "stix"}
@@ -317,22 +317,24 @@ def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
     """
     if isinstance(graph, BondGraph) and options.get("causality") is None and strokes_of(graph).conflicts:
         options = options | {"causality": {}, "loops": False}
-    return svg_of(_shown(graph, options))
+    return svg_of(_picture(graph, options))
 
 
-def _shown(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Picture:
+def _picture(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Picture:
     """The picture of a graph of either kind; unknown options are refused."""
     writes: Callable[..., Picture] = word_picture if isinstance(graph, WordGraph) else picture
-    _, *known = inspect.signature(writes).parameters
+    _, *parameters = inspect.signature(writes).parameters
     refuse(
-        f"option {name!r}: no such option of a picture; they are {', '.join(known)}" for name in options if name not in known
+        f"option {name!r}: no such option of a picture; they are {', '.join(parameters)}"
+        for name in options
+        if name not in parameters
     )
     return writes(graph if isinstance(graph, WordGraph) else as_graph(graph), **options)
 
 
-def svg_of(shown: Picture) -> str:
+def svg_of(picture: Picture) -> str:
     """Returns a picture as SVG."""
-    left, bottom, right, top = shown.edges
+    left, bottom, right, top = picture.edges
     wide, high = f"{right - left:.1f}", f"{top - bottom:.1f}"
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
@@ -340,7 +342,7 @@ def svg_of(shown: Picture) -> str:
         "font-family=\"STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, serif\">",
         f'<rect width="{wide}" height="{high}" fill="#FFFFFF"/>',
     ]
-    for mark in shown.marks:
+    for mark in picture.marks:
         (x0, y0), (x1, y1) = ((x - left, top - y) for x, y in mark.at)
         if mark.dashed:
             size = f'x="{x0:.2f}" y="{y1:.2f}" width="{x1 - x0:.2f}" height="{y0 - y1:.2f}"'
@@ -414,11 +416,11 @@ def bode_figure(omega: Array, magnitude: Array, phase: Array, title: str, file: 
     return figure
 
 
-def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
+def _causes(graph: BondGraph, causes: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
     """The strokes, and the stores whose causality is derivative: those with their stroke at the opposite end."""
-    if given is None:
-        given = strokes_of(graph)
-    strokes = given if isinstance(given, Mapping) else given.strokes
+    if causes is None:
+        causes = strokes_of(graph)
+    strokes = causes if isinstance(causes, Mapping) else causes.strokes
     bonds = {bond.number: bond for bond in graph.bonds}
     wrong = {n: name for n, name in strokes.items() if n not in bonds or name not in bonds[n][1:]}
     refuse(

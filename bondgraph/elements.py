@@ -286,8 +286,8 @@ class Function:
     """A law given as a function of quantities of the graph (`of`, their names).
 
     Args:
-        given: a Python function written with numpy's functions, or a SymPy expression.
-        arguments: the names in `given`: its parameters, or the free symbols of the expression.
+        law: a Python function written with numpy's functions, or a SymPy expression.
+        arguments: the names in `law`: its parameters, or the free symbols of the expression.
         of: their names in the graph, in the same order.
 
     >>> import numpy as np
@@ -301,7 +301,7 @@ class Function:
 
     """
 
-    given: Any
+    law: Any
     arguments: tuple[str, ...]
     of: tuple[str, ...]
 
@@ -312,20 +312,20 @@ class Function:
     @property
     def is_expression(self) -> bool:
         """True if it was given as a SymPy expression."""
-        return is_symbolic(self.given)
+        return is_symbolic(self.law)
 
     @cached_property
     def is_affine(self) -> bool:
         """True of a SymPy expression that is a straight line in all its arguments; False for Python functions."""
         if not self.is_expression:
             return False
-        slopes = [self.given.diff(symbol) for symbol in self.given.free_symbols]
-        return not any(slope.has(*self.given.free_symbols) for slope in slopes)
+        slopes = [self.law.diff(symbol) for symbol in self.law.free_symbols]
+        return not any(slope.has(*self.law.free_symbols) for slope in slopes)
 
     def __call__(self, *values: Any) -> Any:
         """The value at the arguments' values: numbers, arrays, dual numbers."""
         if not self.is_expression:
-            return real(self.given(*values))
+            return real(self.law(*values))
         plain = all(isinstance(value, float | int) for value in values)
         return self._compiled["value", plain](*values)
 
@@ -339,14 +339,14 @@ class Function:
         for k in range(len(values)):
             seeded = [Dual(v, 1.0) if j == k else v for j, v in enumerate(values)]
             try:
-                dual = self.given(*seeded)
+                dual = self.law(*seeded)
             except TypeError as error:
                 raise GraphError(
                     f"the slope of a law of {', '.join(self.of)} is needed, but cannot be determined: {error}"
                 ) from error
             slopes.append(real(dual.slope) if isinstance(dual, Dual) else 0.0)
             value = real(dual.value if isinstance(dual, Dual) else dual)
-        return (self.given() if value is None else value), tuple(slopes)
+        return (self.law() if value is None else value), tuple(slopes)
 
     def symbolic(self, symbols: Mapping[str, Any] | None = None) -> Any:
         """The SymPy expression, in `symbols` by the graph's names (plain symbols of these names if none is given).
@@ -361,9 +361,9 @@ class Function:
         values = [symbols.get(name, sympy.Symbol(name)) for name in self.of]
         if self.is_expression:
             by_name = dict(zip(self.arguments, values, strict=True))
-            return self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
+            return self.law.xreplace({s: by_name[s.name] for s in self.law.free_symbols})
         try:
-            traced = self.given(*(Traced(sympy.sympify(value, strict=True)) for value in values))
+            traced = self.law(*(Traced(sympy.sympify(value, strict=True)) for value in values))
             return sympy.sympify(untraced(traced), strict=True)  # strict: text is refused, never evaluated
         except (TypeError, AttributeError, sympy.SympifyError) as error:
             raise GraphError(f"cannot be written as a formula ({error}): give it as a SymPy expression") from error
@@ -374,9 +374,9 @@ class Function:
 
         order = [sympy.Dummy(real=True) for _ in self.arguments]  # as plain symbols, |x| and sign(x) have no real slope
         by_name = dict(zip(self.arguments, order, strict=True))
-        given = self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
-        slopes = [sympy.diff(given, symbol).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero) for symbol in order]
-        whole = [full_digits(expression) for expression in (given, *slopes)]
+        expression = self.law.xreplace({s: by_name[s.name] for s in self.law.free_symbols})
+        slopes = [sympy.diff(expression, symbol).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero) for symbol in order]
+        whole = [full_digits(expression) for expression in (expression, *slopes)]
         try:
             return {
                 (kind, plain): sympy.lambdify(order, what, modules="math" if plain else "numpy", cse=True)
@@ -384,7 +384,7 @@ class Function:
                 for plain in (True, False)
             }
         except KeyError as error:  # SymPy's way to say that it has no code for an infinity
-            raise GraphError(f"the law {str(self.given)[:80]} has no finite value: it holds {error.args[0]}") from error
+            raise GraphError(f"the law {str(self.law)[:80]} has no finite value: it holds {error.args[0]}") from error
 
 
 def full_digits(expression: Any) -> Any:
@@ -428,58 +428,58 @@ def replaced(expression: Any, by: Callable[[Any], Any]) -> Any:
 
 def parts(*expressions: Any) -> set[Any]:
     """All parts of expressions, each once."""
-    found, todo = set[Any](), list(expressions)
+    all_parts, todo = set[Any](), list(expressions)
     while todo:
-        if (part := todo.pop()) not in found:
-            found.add(part)
+        if (part := todo.pop()) not in all_parts:
+            all_parts.add(part)
             todo += part.args
-    return found
+    return all_parts
 
 
-def is_symbolic(given: Any) -> bool:
+def is_symbolic(law: Any) -> bool:
     """True for a SymPy expression; SymPy is not imported to find out."""
-    return hasattr(given, "free_symbols") and hasattr(given, "xreplace")
+    return hasattr(law, "free_symbols") and hasattr(law, "xreplace")
 
 
-def function(given: Any) -> Function:
+def function(law: Any) -> Function:
     """A `Function` of the names that a Python function's parameters, or an expression's symbols, have.
 
     Parameters with a default value are constants of the function and stay out.
     """
-    if isinstance(given, Function):
-        return given
-    if is_symbolic(given):
-        names = tuple(sorted(symbol.name for symbol in given.free_symbols))
+    if isinstance(law, Function):
+        return law
+    if is_symbolic(law):
+        names = tuple(sorted(symbol.name for symbol in law.free_symbols))
         twice = [name for name in set(names) if names.count(name) > 1]
         if twice:
             raise GraphError(f"two symbols of the expression are named {twice[0]!r}, with different assumptions")
-        return Function(given, names, names)
-    if not callable(given):
-        raise GraphError(f"found {given!r}, expected a number, a function of named quantities or a SymPy expression")
-    parameters = inspect.signature(given).parameters.values()
+        return Function(law, names, names)
+    if not callable(law):
+        raise GraphError(f"found {law!r}, expected a number, a function of named quantities or a SymPy expression")
+    parameters = inspect.signature(law).parameters.values()
     spread = [p.name for p in parameters if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
     if spread:
         raise GraphError(
             f"a law's parameters name what it depends on: found *{spread[0]}, expected names such as theta or t"
         )
     names = tuple(p.name for p in parameters if p.default is p.empty)
-    return Function(given, names, names)
+    return Function(law, names, names)
 
 
-def law_of(given: Any) -> Any:
+def law_of(law: Any) -> Any:
     """A number as a float, a callable or symbolic object as a `Function`; finished laws unchanged."""
-    if given is None or isinstance(given, float):
-        return given
-    if isinstance(given, int | np.floating | np.integer):
-        return float(given)
-    if getattr(given, "is_recorded", False) is True:
-        return given
-    if is_symbolic(given) and not given.free_symbols:
+    if law is None or isinstance(law, float):
+        return law
+    if isinstance(law, int | np.floating | np.integer):
+        return float(law)
+    if getattr(law, "is_recorded", False) is True:
+        return law
+    if is_symbolic(law) and not law.free_symbols:
         try:
-            return float(given)
+            return float(law)
         except TypeError as error:
-            raise GraphError(f"found {given}, expected a real number") from error
-    return function(given) if is_symbolic(given) or callable(given) else given
+            raise GraphError(f"found {law}, expected a real number") from error
+    return function(law) if is_symbolic(law) or callable(law) else law
 
 
 # -- elements and domains ------------------------------------------------------------------------------------------------
@@ -639,19 +639,17 @@ def _margin(where: str, when: Any) -> Function:
     import sympy
     from sympy.core.relational import Relational  # type: ignore[import-untyped]
 
-    def number(given: Any) -> Any:
-        if isinstance(given, sympy.Or | sympy.And | sympy.Not):
-            parts = [number(part) for part in given.args]
+    def number(law: Any) -> Any:
+        if isinstance(law, sympy.Or | sympy.And | sympy.Not):
+            parts = [number(part) for part in law.args]
             return (
-                -parts[0]
-                if isinstance(given, sympy.Not)
-                else (sympy.Max if isinstance(given, sympy.Or) else sympy.Min)(*parts)
+                -parts[0] if isinstance(law, sympy.Not) else (sympy.Max if isinstance(law, sympy.Or) else sympy.Min)(*parts)
             )
-        if isinstance(given, Relational) and given.rel_op in ("<", "<=", ">", ">="):
-            return given.gts - given.lts
-        if isinstance(given, sympy.Expr) and given.free_symbols:
-            return given
-        raise GraphError(f"{where}: found when = {given}, expected a condition of named quantities, such as t > 1")
+        if isinstance(law, Relational) and law.rel_op in ("<", "<=", ">", ">="):
+            return law.gts - law.lts
+        if isinstance(law, sympy.Expr) and law.free_symbols:
+            return law
+        raise GraphError(f"{where}: found when = {law}, expected a condition of named quantities, such as t > 1")
 
     try:
         law = function(when)
@@ -783,19 +781,19 @@ def ports_of(
     if not isinstance(field, Field):
         raise GraphError(f"{where}: found {field!r}, expected a matrix, or energy=...; attach a one-port by on(...)")
     arguments = [n for n in field.energy.of if n not in parameters] if field.energy is not None else []
-    known = arguments or list(map(str, range(1, 1 + len(junctions))))
-    known += [n for n in named if n not in arguments]
-    ports = {**dict(zip(known, junctions, strict=False)), **named}
-    if len(junctions) > len(known) or set(known[: len(junctions)]) & set(named):
+    port_names = arguments or list(map(str, range(1, 1 + len(junctions))))
+    port_names += [n for n in named if n not in arguments]
+    ports = {**dict(zip(port_names, junctions, strict=False)), **named}
+    if len(junctions) > len(port_names) or set(port_names[: len(junctions)]) & set(named):
         raise GraphError(
-            f"{where}: found {len(junctions) + len(named)} junctions for {len(known)} ports ({', '.join(known)})"
+            f"{where}: found {len(junctions) + len(named)} junctions for {len(port_names)} ports ({', '.join(port_names)})"
         )
     kinds = dict.fromkeys(ports, element.kind)
     if field.energy is not None:
         _check_arguments(where, field.energy, list(ports), parameters)
         for port in ports:
-            told = _OF_STATE.fullmatch(port)
-            kinds[port] = ("I" if told[1] == "p" else "C") if told else element.kind
+            state_match = _OF_STATE.fullmatch(port)
+            kinds[port] = ("I" if state_match[1] == "p" else "C") if state_match else element.kind
     own = {port: OWN[kind] for port, kind in kinds.items()}
     names = {port: f"{own[port]}_{element.name}_{port}" for port in ports}
     symbols = {port: sympy.Symbol(name, real=True) for port, name in names.items()}
@@ -815,19 +813,19 @@ def ports_of(
     for port, law in zip(ports, laws, strict=True):
         mine = symbols[port]
         read = sorted({s.name for s in law.free_symbols} - {mine.name})
-        given = law.xreplace({s: sympy.Symbol(own[port] if s == mine else s.name) for s in law.free_symbols})
+        expression = law.xreplace({s: sympy.Symbol(own[port] if s == mine else s.name) for s in law.free_symbols})
         of, name = (own[port], *read), f"{element.name}_{port}"
         alone = field.energy is None and not {*read}.difference(parameters)  # a port that no other acts on is a plain one
         k = list(ports).index(port)
-        rule = law_of(np.asarray(field.matrix, dtype=object)[k, k]) if alone else Function(given, of, of)
+        rule = law_of(np.asarray(field.matrix, dtype=object)[k, k]) if alone else Function(expression, of, of)
         yield ports[port], Element(kinds[port], name, rule, element.domain, element.part)
 
 
 def _check_arguments(where: str, energy: Function, ports: Sequence[str], parameters: Iterable[str]) -> None:
-    known = ", ".join(ports) or "none"
+    names = ", ".join(ports) or "none"
     for name in (n for n in energy.of if n not in {*ports, *parameters}):
         raise GraphError(
-            f"{where}: its energy depends on {name!r}, which is neither one of its ports ({known}) "
+            f"{where}: its energy depends on {name!r}, which is neither one of its ports ({names}) "
             "nor a parameter declared before"
         )
     for port in (p for p in ports if p not in energy.of):
@@ -836,11 +834,11 @@ def _check_arguments(where: str, energy: Function, ports: Sequence[str], paramet
         )
 
 
-def _rows(where: str, kind: str, given: Any, ports: int) -> list[list[Any]]:
+def _rows(where: str, kind: str, entries: Any, ports: int) -> list[list[Any]]:
     """The rows by which efforts (of an inertia: flows) follow from the ports' states (of a resistor: flows)."""
     import sympy
 
-    lines = given.tolist() if hasattr(given, "tolist") else list(given)
+    lines = entries.tolist() if hasattr(entries, "tolist") else list(entries)
     rows = [list(row) if isinstance(row, list | tuple | np.ndarray) else [row] for row in lines]
     size = len(rows)
     if any(len(row) != size for row in rows):
@@ -860,10 +858,10 @@ def _rows(where: str, kind: str, given: Any, ports: int) -> list[list[Any]]:
     if kind != "R":
         for i in range(size):
             for j in range(i):
-                given, other = rows[i][j], rows[j][i]
-                if given != other and not (numbers and abs(given - other) <= _SAME * np.abs(rows).max()):
+                entries, other = rows[i][j], rows[j][i]
+                if entries != other and not (numbers and abs(entries - other) <= _SAME * np.abs(rows).max()):
                     raise GraphError(
-                        f"{where}: found {given} in row {i + 1}, column {j + 1} of its matrix and {other} in row {j + 1}, "
+                        f"{where}: found {entries} in row {i + 1}, column {j + 1} of its matrix and {other} in row {j + 1}, "
                         f"column {i + 1}, expected the same: no energy has such a matrix"
                     )
     elif numbers:

@@ -97,9 +97,9 @@ class Reading:
                 continue
             symbol = sympy.Symbol(own, real=True)
             if law.symbolic({own: symbol}).diff(symbol).has(symbol):
-                wanted, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
+                expected, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
                 raise GraphError(
-                    f"{graph.where(port.element.name)}: its law is not linear, and no formula gives its {wanted}; "
+                    f"{graph.where(port.element.name)}: its law is not linear, and no formula gives its {expected}; "
                     f"give the law as {other}, or use Dynamics"
                 )
 
@@ -211,8 +211,8 @@ class StateEquations:
     def open(self) -> tuple[Any, ...]:
         """The parameters that have no value yet."""
         symbols = {part for part in parts(*map(self._whole, self.derivatives)) if part.is_Symbol}
-        known = {*self.states, *self.inputs, *self.values}
-        return tuple(sorted(symbols - known, key=str))
+        names = {*self.states, *self.inputs, *self.values}
+        return tuple(sorted(symbols - names, key=str))
 
     def check(self) -> StateEquations:
         """The equations themselves, if they are complete.
@@ -228,10 +228,10 @@ class StateEquations:
         if len(self.states) != len(self.derivatives):
             faults.append(f"found {len(self.derivatives)} equations for {len(self.states)} states")
         used = {part for part in parts(*self.derivatives, *(e for _, e in self.algebraic)) if part.is_Symbol}
-        known = {*self.values, *map(sympy.Symbol, self.graph.parameters), *self.states, *self.inputs}
+        symbols = {*self.values, *map(sympy.Symbol, self.graph.parameters), *self.states, *self.inputs}
         faults += [
             f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
-            for symbol in sorted(used - known, key=str)
+            for symbol in sorted(used - symbols, key=str)
         ]
         for state, expression in zip(self.states, self.derivatives, strict=False):
             if _endless(expression):
@@ -255,13 +255,13 @@ class StateEquations:
         import sympy
 
         rates = self._formulas(called=True)
-        given = Dynamics(self.graph, signals).signals.values()
+        functions = Dynamics(self.graph, signals).signals.values()
         compiled = sympy.lambdify([*self.inputs, *self.states], rates, modules="numpy", cse=True)
-        with_rates = len(self.inputs) > 1 + len(given)
+        with_rates = len(self.inputs) > 1 + len(functions)
 
         def at(t: float, states: Sequence[float]) -> list[float]:
-            now = [signal(*[t] * len(signal.of)) for signal in given]
-            slopes = [signal.partials(t)[1][0] if signal.of else 0.0 for signal in given] if with_rates else []
+            now = [signal(*[t] * len(signal.of)) for signal in functions]
+            slopes = [signal.partials(t)[1][0] if signal.of else 0.0 for signal in functions] if with_rates else []
             return [float(rate) for rate in compiled(t, *now, *slopes, *states)]
 
         return at
@@ -287,10 +287,10 @@ class StateEquations:
         import numba  # type: ignore[import-untyped,unused-ignore]
 
         plain = sympy.lambdify([*self.inputs, *self.states], tuple(rates), modules="math", cse=True)
-        given = ["t", *(f"u[{k}]" for k in range(len(self.inputs) - 1)), *(f"y[{k}]" for k in range(len(self.states)))]
+        signature = ["t", *(f"u[{k}]" for k in range(len(self.inputs) - 1)), *(f"y[{k}]" for k in range(len(self.states)))]
         space = {"kernel": numba.njit(plain), "np": np}
         arguments = "t, y" + (", u" if len(self.inputs) > 1 else "")
-        exec(f"def rates({arguments}):\n    return np.array(kernel({', '.join(given)}), dtype=np.float64)\n", space)
+        exec(f"def rates({arguments}):\n    return np.array(kernel({', '.join(signature)}), dtype=np.float64)\n", space)
         compiled: Callable[..., Any] = numba.njit(space["rates"])
         return compiled
 
@@ -345,9 +345,9 @@ class StateEquations:
         named = {s: exact(sympy.Float(v)) for s, v in self.values.items() if not taken.intersection(map(str, self.values))}
         equations: list[Equation] = []
         for symbol, value in live:  # what is used once stands where it is used
-            given = read.twin.finish(value.xreplace(named)).xreplace(named)
-            named[symbol] = given if uses[symbol] == 1 else next(fresh)
-            equations += [] if uses[symbol] == 1 else [(named[symbol], given)]
+            formula = read.twin.finish(value.xreplace(named)).xreplace(named)
+            named[symbol] = formula if uses[symbol] == 1 else next(fresh)
+            equations += [] if uses[symbol] == 1 else [(named[symbol], formula)]
         return tuple(equations), tuple(read.twin.finish(rate.xreplace(named)).xreplace(named) for rate in rates)
 
     def latex(self) -> str:
@@ -552,11 +552,11 @@ def _of_one_freedom(graph: BondGraph, name: str | None) -> tuple[Formulation, st
     owner = form.stores[inertias[0]].output
     junction = next((d.of for d in settles if d.name == name or name is None), form.name_of(owner))
     along = Formulation.along(graph, junction) if graph.elements.get(junction) else form
-    found = [k for k, p in enumerate(along.stores) if p.element.name in along.massless]
+    free = [k for k, p in enumerate(along.stores) if p.element.name in along.massless]
     weighed = {p.element.kind for p in along.stores} - {"C"}
-    measured = name is None or along.flow_state(graph.displacements[name].of) in found
+    measured = name is None or along.flow_state(graph.displacements[name].of) in free
     if (
-        len(found) != 1
+        len(free) != 1
         or not weighed
         or along.divided()
         or not measured
@@ -569,22 +569,22 @@ def _of_one_freedom(graph: BondGraph, name: str | None) -> tuple[Formulation, st
     return along, junction
 
 
-def _filled(given: StateEquations) -> StateEquations:
+def _filled(source: StateEquations) -> StateEquations:
     """The equations with numbers in place of symbols."""
     import sympy
 
-    at = {symbol: exact(sympy.Float(value)) for symbol, value in given.values.items()}
+    at = {symbol: exact(sympy.Float(value)) for symbol, value in source.values.items()}
     equations = [
-        *((f"the rate of {state}", d) for state, d in zip(given.states, given.derivatives, strict=True)),
-        *((f"the flow {flow}", e) for flow, e in given.algebraic),
+        *((f"the rate of {state}", d) for state, d in zip(source.states, source.derivatives, strict=True)),
+        *((f"the flow {flow}", e) for flow, e in source.algebraic),
     ]
-    names = {symbol: given.graph.where(name) for name, symbol in given.own.items()}
+    names = {symbol: source.graph.where(name) for name, symbol in source.own.items()}
     faults = []
     for what, e in equations:
         if _endless(e.xreplace(at)):  # by the numbers of the elements that do so alone, or else of all together
             used = sorted(sympy.fraction(sympy.together(e))[1].free_symbols & set(at), key=str)
             alone = [symbol for symbol in used if _endless(e.xreplace({symbol: at[symbol]}))]
-            at_fault = ", ".join(f"{names.get(symbol, symbol)} = {given.values[symbol]:g}" for symbol in alone or used)
+            at_fault = ", ".join(f"{names.get(symbol, symbol)} = {source.values[symbol]:g}" for symbol in alone or used)
             together = "" if alone else ", together,"
             faults.append(
                 f"{what} has no finite value: {at_fault}{together} makes it a division by zero; give another value, or "
@@ -592,9 +592,9 @@ def _filled(given: StateEquations) -> StateEquations:
             )
     refuse(faults)
     return replace(
-        given,
-        derivatives=tuple(d.xreplace(at) for d in given.derivatives),
-        algebraic=tuple((s, e.xreplace(at)) for s, e in given.algebraic),
+        source,
+        derivatives=tuple(d.xreplace(at) for d in source.derivatives),
+        algebraic=tuple((s, e.xreplace(at)) for s, e in source.algebraic),
     )
 
 
@@ -613,8 +613,8 @@ def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str 
         declared = next((d for d in graph.displacements.values() if d.of == coordinate), None)
         declared = declared or Displacement(f"phi_{coordinate}", coordinate)
     if declared is None:
-        known = ", ".join(graph.displacements) or "no displacement"
-        raise GraphError(f"the coordinate {coordinate!r} is no displacement or 1-junction of the graph; it declares {known}")
+        names = ", ".join(graph.displacements) or "no displacement"
+        raise GraphError(f"the coordinate {coordinate!r} is no displacement or 1-junction of the graph; it declares {names}")
     others = {name: d for name, d in graph.displacements.items() if name != declared.name}
     return replace(graph, displacements={declared.name: declared, **others}), declared.name
 
@@ -670,30 +670,31 @@ def to_modelica(graph: BondGraph, *, name: str = "Graph", initial: Mapping[str, 
     """
     import sympy
 
-    found = state_equations(graph)
-    states = {str(s): s for s in found.states}
-    given = dict(initial or {})
-    refuse(f"initial {n!r}: no such state; they are {', '.join(states)}" for n in given if n not in states)
-    start = {n: d.initial for n, d in graph.displacements.items()} | given
-    used = set().union(*(d.free_symbols for d in found.derivatives))
-    numbers = {str(s): float(v) for s, v in found.values.items() if s in used}
+    equations = state_equations(graph)
+    states = {str(s): s for s in equations.states}
+    starts = dict(initial or {})
+    refuse(f"initial {n!r}: no such state; they are {', '.join(states)}" for n in starts if n not in states)
+    start = {n: d.initial for n, d in graph.displacements.items()} | starts
+    used = set().union(*(d.free_symbols for d in equations.derivatives))
+    numbers = {str(s): float(v) for s, v in equations.values.items() if s in used}
     written = {
-        s: sympy.Symbol(f"{s}_" if _RESERVED.fullmatch(str(s)) else str(s)) for s in {*used, *found.states, *found.inputs}
+        s: sympy.Symbol(f"{s}_" if _RESERVED.fullmatch(str(s)) else str(s))
+        for s in {*used, *equations.states, *equations.inputs}
     }
-    written[found.inputs[0]] = sympy.Symbol("time")
-    signals = found.inputs[1 : 1 + len(graph.signals)]
+    written[equations.inputs[0]] = sympy.Symbol("time")
+    signals = equations.inputs[1 : 1 + len(graph.signals)]
     written |= {
-        s: sympy.Symbol(f"der({written[of]})") for s, of in zip(found.inputs[1 + len(signals) :], signals, strict=False)
+        s: sympy.Symbol(f"der({written[of]})") for s, of in zip(equations.inputs[1 + len(signals) :], signals, strict=False)
     }
     names = {str(s): str(w) for s, w in written.items()}
     lines = [f"model {name}"]
     lines += [f"  parameter Real {names[n]} = {value!r};" for n, value in numbers.items()]
-    lines += [f"  parameter Real {names[str(s)]};" for s in found.open]
+    lines += [f"  parameter Real {names[str(s)]};" for s in equations.open]
     lines += [f"  input Real {names[str(s)]};" for s in signals]
     lines += [f"  Real {names[n]}(start = {float(start.get(n, 0.0))!r}, fixed = true);" for n in states]
     lines.append("equation")
-    for state, rate in zip(found.states, found.derivatives, strict=True):
-        lines.append(f"  der({names[str(state)]}) = {_modelica(found._whole(rate).xreplace(written))};")
+    for state, rate in zip(equations.states, equations.derivatives, strict=True):
+        lines.append(f"  der({names[str(state)]}) = {_modelica(equations._whole(rate).xreplace(written))};")
     return "\n".join([*lines, f"end {name};"])
 
 
@@ -706,10 +707,10 @@ def _modelica(expression: Any) -> str:
             return str(super()._print_Pow(power, rational=False)).replace("**", "^")
 
         def _print_Function(self, called: Any) -> str:
-            known = _MODELICA.get(called.func.__name__)
-            if known is None or hasattr(called, "_imp_"):
+            name = _MODELICA.get(called.func.__name__)
+            if name is None or hasattr(called, "_imp_"):
                 raise GraphError(f"{called.func} has no form in Modelica: give the law as a formula of its functions")
-            return f"{known}({', '.join(map(self._print, called.args))})"
+            return f"{name}({', '.join(map(self._print, called.args))})"
 
         def _print_Float(self, number: Any) -> str:
             return repr(float(number))
@@ -779,7 +780,7 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
     return b.transform("A", "B", tie, name="T").build()
 
 
-def generic_equation(ratio: Any, *, opaque: bool = False, **given: Any) -> MotionEquation:
+def generic_equation(ratio: Any, *, opaque: bool = False, **values: Any) -> MotionEquation:
     """The equation of motion of `generic(ratio, **given)`, seen from side A, without division by T.
 
         (I1 + T^2 I2) f_A' + I2 T T' f_A^2 = Se1 + T Se2 - (B1 + T^2 B2) f_A - q_C1/C1 - T q_C2/C2
@@ -795,10 +796,10 @@ def generic_equation(ratio: Any, *, opaque: bool = False, **given: Any) -> Motio
     Args:
         ratio: as for `generic`.
         opaque: leave T a function T(q).
-        given: as for `generic`.
+        values: as for `generic`.
 
     >>> generic_equation(2.0, without=("B1", "B2", "C1", "C2")).inertia
     I1 + I2*T**2
 
     """
-    return motion_equation(generic(ratio, **given), opaque=opaque)
+    return motion_equation(generic(ratio, **values), opaque=opaque)

@@ -47,9 +47,9 @@ def check(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: 
 
     """
     path = Path(path)
-    for given in inputs:
-        if _same(path, Path(given)):
-            raise InputError(f"it is {Path(given).name}, which is read: an output never replaces an input", path)
+    for source in inputs:
+        if _same(path, Path(source)):
+            raise InputError(f"it is {Path(source).name}, which is read: an output never replaces an input", path)
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     if not path.exists():
@@ -108,10 +108,10 @@ def write_text(path: str | Path, text: str, inputs: Iterable[str | Path] = ()) -
         fresh.write_text(text, encoding="utf-8", newline="")
 
 
-def _same(path: Path, given: Path) -> bool:
+def _same(path: Path, file: Path) -> bool:
     """True if two names lead to one file: through links, folders, hard links, or letters of another case."""
     try:
-        return path.samefile(given)
+        return path.samefile(file)
     except OSError:
         return False
 

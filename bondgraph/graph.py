@@ -172,13 +172,15 @@ def _wrong_names(graph: BondGraph) -> Iterator[str]:
 
 
 def _wrong_laws(graph: BondGraph) -> Iterator[str]:
-    known = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
+    variables = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
     for name, element in graph.elements.items():
         where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
         law = element.law
         if element.kind in JUNCTIONS:
             names = law.of if isinstance(law, Function) else ()
-            for missing in [n for n in names if n not in known | {f"e_{name}", f"f_{name}"} and graph.reading(n) is None]:
+            for missing in [
+                n for n in names if n not in variables | {f"e_{name}", f"f_{name}"} and graph.reading(n) is None
+            ]:
                 yield f"{where}: its condition depends on {missing!r}, which a law cannot read"
             continue
         if law is None:
@@ -189,17 +191,21 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             elif element.kind == "C" and law == 0.0:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
         elif isinstance(law, Function):
-            own = {own_name(element.kind, law.of, known)} - {None}
+            own = {own_name(element.kind, law.of, variables)} - {None}
             hint = {
                 "R": "; its own flow is f, its own effort e",
                 "C": "; its own displacement is q",
                 "I": "; its own momentum is p",
             }.get(element.kind, "")
-            for missing in [n for n in law.of if n not in known | own and graph.reading(n) is None]:
+            for missing in [n for n in law.of if n not in variables | own and graph.reading(n) is None]:
                 expected = "no declared displacement, signal or parameter, nor t" + hint
                 yield f"{where}: depends on {missing!r}, which is {expected}"
             varying = [n for n in graph.depends_on(name) if (graph.reading(n) or "f")[0] not in "pq"]
-            if element.kind in STORES and varying and not [n for n in varying if n not in known and not graph.reading(n)]:
+            if (
+                element.kind in STORES
+                and varying
+                and not [n for n in varying if n not in variables and not graph.reading(n)]
+            ):
                 expected = "a store's law may hold parameters only" + hint
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
         elif not isinstance(law, Law | Modulus):
@@ -488,12 +494,12 @@ class BondGraph:
         return "\n".join(lines)
 
 
-def as_graph(given: Any) -> BondGraph:
+def as_graph(source: Any) -> BondGraph:
     """The argument of a function of graphs, if it is a graph; else a GraphError with the remedy."""
-    if isinstance(given, BondGraph):
-        return given
-    advice = "; call its build() first" if hasattr(given, "build") else ""
-    raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")
+    if isinstance(source, BondGraph):
+        return source
+    advice = "; call its build() first" if hasattr(source, "build") else ""
+    raise GraphError(f"found a {type(source).__name__}, expected a BondGraph{advice}")
 
 
 Ratio = float | Function | Modulus
@@ -592,8 +598,8 @@ def constant(ratio: Ratio) -> bool:
     return not isinstance(ratio, Function | Modulus)
 
 
-def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
-    """All local steps that known variables permit; `waiting` and `known` are updated.
+def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
+    """All local steps that known variables permit; `waiting` and `determined` are updated.
 
     >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
     >>> plan([gear], {0}), plan([gear], {1})
@@ -604,17 +610,17 @@ def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
     while before < len(steps):
         before = len(steps)
         for relation in list(waiting):
-            step = _local(relation, known)
+            step = _local(relation, determined)
             if step is not None:
                 waiting.remove(relation)
                 steps.append(step)
-                known.add(step.target)
+                determined.add(step.target)
     return steps
 
 
-def _local(relation: Relation, known: set[int]) -> Scale | Sum | None:
+def _local(relation: Relation, determined: set[int]) -> Scale | Sum | None:
     """The step that gives a relation's one unknown variable, if it needs no division by a modulus."""
-    unknown = [term for term in relation.terms if term[0] not in known]
+    unknown = [term for term in relation.terms if term[0] not in determined]
     if len(unknown) != 1 or not constant(unknown[0][1]) or unknown[0][1] == 0.0:
         return None
     target, factor, sign = unknown[0]
@@ -820,12 +826,12 @@ class Builder:
         for bond in part.bonds:
             self.bond(own.get(bond.tail, bond.tail), own.get(bond.head, bond.head))
         for parameter, value in part.parameters.items():
-            known = self._parameters.get(parameter)
-            if known is not None and value is not None and known != value:
+            earlier = self._parameters.get(parameter)
+            if earlier is not None and value is not None and earlier != value:
                 raise GraphError(
-                    f"parameter {parameter!r}: found {value} in part {name!r}, but {known} before; leave one open"
+                    f"parameter {parameter!r}: found {value} in part {name!r}, but {earlier} before; leave one open"
                 )
-            self._parameters[parameter] = value if known is None else known
+            self._parameters[parameter] = value if earlier is None else earlier
         return self.signal(*part.signals)
 
     def __len__(self) -> int:

@@ -78,12 +78,12 @@ class Linear:
     def modes(self) -> tuple[Mode, ...]:
         """The free motions of the graph, slowest first."""
         values, vectors = np.linalg.eig(self.A)
-        found = []
+        modes = []
         for k in np.argsort(np.abs(values)):
             pole, size = complex(values[k]), float(abs(values[k]))
             shape = dict(zip(self.states, map(complex, vectors[:, k]), strict=True))
-            found.append(Mode(pole, size, -pole.real / size if size else 0.0, shape))
-        return tuple(found)
+            modes.append(Mode(pole, size, -pole.real / size if size else 0.0, shape))
+        return tuple(modes)
 
     def zeros(self, u: str, y: str) -> NDArray[np.complex128]:
         """The values s at which input u has no effect on output y: det [[A - s, b], [c, d]] = 0."""
@@ -158,9 +158,9 @@ class Linear:
         return control.ss(self.A, self.B, self.C, self.D, **names)
 
     def _between(self, u: str, y: str) -> tuple[Array, Array, Array]:
-        for name, known, what in ((u, self.inputs, "input"), (y, self.outputs, "output")):
-            if name not in known:
-                raise GraphError(f"no {what} {name!r}: they are {', '.join(known) or 'none'}")
+        for name, names, what in ((u, self.inputs, "input"), (y, self.outputs, "output")):
+            if name not in names:
+                raise GraphError(f"no {what} {name!r}: they are {', '.join(names) or 'none'}")
         if any(name == y or name.startswith(_RATE) for name in self.driven.get(u, ())):
             raise GraphError(self._improper(u))
         j, i = self.inputs.index(u), self.outputs.index(y)
@@ -221,22 +221,26 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
 
     """
     graph = as_graph(graph)
-    known = [e.name for e in graph.of_kind("Se", "Sf")]
-    told = {name: graph.reading(name) for name in outputs or ()}
+    sources = [e.name for e in graph.of_kind("Se", "Sf")]
+    signals = {name: graph.reading(name) for name in outputs or ()}
     refuse(
-        [f"input {n!r}: no such source; they are {', '.join(known) or 'none'}" for n in inputs or () if n not in known]
-        + [f"output {n!r}: expected f_NAME, e_NAME or a state p_NAME, q_NAME" for n, found in told.items() if found is None]
+        [f"input {n!r}: no such source; they are {', '.join(sources) or 'none'}" for n in inputs or () if n not in sources]
+        + [
+            f"output {n!r}: expected f_NAME, e_NAME or a state p_NAME, q_NAME"
+            for n, signal in signals.items()
+            if signal is None
+        ]
     )
-    found = causality(graph)
-    refuse(found.conflicts)
-    needs = _needs(graph, found)
+    causes = causality(graph)
+    refuse(causes.conflicts)
+    needs = _needs(graph, causes)
     ahead: dict[Signal, set[Signal]] = {v: set() for v in needs}
     for variable, others in needs.items():
         for other in others:
             ahead[other].add(variable)
-    stores = {n: _given(graph, n, found.strokes) for n in found.integral}
-    moved = list(known if inputs is None else inputs)
-    reached = set[Signal]().union(*(reached_from(_given(graph, n, found.strokes), ahead) for n in moved))
+    stores = {n: _one_port_output(graph, n, causes.strokes) for n in causes.integral}
+    moved = list(sources if inputs is None else inputs)
+    reached = set[Signal]().union(*(reached_from(_one_port_output(graph, n, causes.strokes), ahead) for n in moved))
     free = {n: graph.elements[n]._replace(kind="R", law=1.0) for n in moved}
     stiff = causality(replace(graph, elements={**graph.elements, **free}, parts=True), "derivative").integral
     path = ", ".join(graph.title(n) for n in moved) or "any input"
@@ -244,10 +248,10 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
     lost |= {n: _STIFF.format(graph.title(n)) for n in stiff if n not in lost}
     if outputs is None:
         return Reach(lost, {})
-    at = {name: Signal(*place) if place[0] in "fe" else stores.get(name[2:]) for name, place in told.items() if place}
-    shown = set[Signal]().union(*(reached_from(v, needs) for v in at.values() if v is not None))
+    at = {name: Signal(*place) if place[0] in "fe" else stores.get(name[2:]) for name, place in signals.items() if place}
+    signals_of_outputs = set[Signal]().union(*(reached_from(v, needs) for v in at.values() if v is not None))
     elements, bonds = dict(graph.elements), list(graph.bonds)
-    for name in told:
+    for name in signals:
         junction = name[2:]
         if elements[junction].kind not in JUNCTIONS:  # one in its bond, that shares what is shown
             port, junction = junction, f"{name} shown"
@@ -259,30 +263,32 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
         elements[f"{name} sensor"] = Element("R", f"{name} sensor", 1.0)
         bonds.append(Bond(1 + max(b.number for b in bonds), junction, f"{name} sensor"))
     stiff = causality(replace(graph, elements=elements, bonds=tuple(bonds), parts=True), "derivative").integral
-    path = ", ".join(told) or "any output"
-    hidden = {n: f"no causal path leads from {graph.title(n)} to {path}" for n, v in stores.items() if v not in shown}
+    path = ", ".join(signals) or "any output"
+    hidden = {
+        n: f"no causal path leads from {graph.title(n)} to {path}" for n, v in stores.items() if v not in signals_of_outputs
+    }
     return Reach(lost, hidden | {n: _STIFF.format(graph.title(n)) for n in stiff if n not in hidden})
 
 
 _STIFF = "{} keeps integral causality where all prefer derivative"
 
 
-def _given(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
+def _one_port_output(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
     """The output variable of a one-port."""
     bond = graph.bond_of(name).number
     return Signal("f" if strokes[bond] == name else "e", bond)
 
 
-def _needs(graph: BondGraph, found: Causality) -> dict[Signal, set[Signal]]:
+def _needs(graph: BondGraph, causes: Causality) -> dict[Signal, set[Signal]]:
     """The efforts and flows from which each is computed, instantly, over time, or by a law."""
-    needs = {variable: set(others) for variable, others in computed_from(graph, found.strokes).items()}
+    needs = {variable: set(others) for variable, others in computed_from(graph, causes.strokes).items()}
     for name, element in graph.elements.items():
-        answers = [Signal(x, b.number) for b in graph.at(name) for x in "ef" if giver(b, x, found.strokes) == name]
+        answers = [Signal(x, b.number) for b in graph.at(name) for x in "ef" if giver(b, x, causes.strokes) == name]
         read = [n for n in graph.depends_on(name) if element.kind not in JUNCTIONS]
         read = [f"f_{graph.displacements[n].of}" if n in graph.displacements else n for n in read]
         places = [place for n in read if (place := graph.reading(n)) is not None]
         also = {Signal({"p": "f", "q": "e"}.get(letter, letter), bond) for letter, bond in places}
-        if name in found.integral:
+        if name in causes.integral:
             bond = graph.bond_of(name).number
             also.add(Signal("e" if element.kind == "I" else "f", bond))
         for answer in answers:
@@ -321,16 +327,16 @@ def equilibrium(
     begin, first = state, np.abs(at(state))
     slopes, seen = np.zeros((len(names), len(names))), np.zeros((len(names), 0))
     for _ in range(_MOST):
-        found = at(state)
+        rest = at(state)
         slopes = _slopes(at, state) if dynamics.linear is None else dynamics.linear[0]
         rows, columns = _balanced(slopes)
-        seen = np.hstack([seen, slopes, found[:, None]])
+        seen = np.hstack([seen, slopes, rest[:, None]])
         sums = _kept(rows[:, None] * seen) * rows  # of states, that no rate changes
         sums /= np.abs(sums * columns).max(axis=1, initial=0.0)[:, None]
         whole = np.vstack([rows[:, None] * slopes, sums]) * columns
-        missing = np.concatenate([rows * found, sums @ (state - begin)])
+        missing = np.concatenate([rows * rest, sums @ (state - begin)])
         step = -columns * np.linalg.lstsq(whole, missing, rcond=_RANK)[0]
-        while np.any(step) and not np.linalg.norm(rows * at(state + step)) < np.linalg.norm(rows * found):
+        while np.any(step) and not np.linalg.norm(rows * at(state + step)) < np.linalg.norm(rows * rest):
             step = 0.5 * step if np.any(np.abs(step) > _ROUNDING * np.abs(state)) else 0.0 * step
         state = state + step
         size = columns * np.abs(state / columns).max(initial=0.0)
@@ -430,19 +436,19 @@ def linearize(
     symbols = {name: twin.own[name] for name in plain} | {name: finish(twin.places[name]) for name in graph.signals}
     refuse(_unknown(graph, names, point, inputs or (), outputs or (), symbols))
     moved = tuple(symbols if inputs is None else inputs)
-    shown = tuple(names if outputs is None else outputs)
+    output_names = tuple(names if outputs is None else outputs)
     read.walk.driven = {}
     rates = read.rates()
-    told = [_told(read, form, name, dict(zip(names, states, strict=True))) for name in shown]
-    given = [symbols[name] for name in moved]
+    expressions = [_output_expression(read, form, name, dict(zip(names, states, strict=True))) for name in output_names]
+    symbols_moved = [symbols[name] for name in moved]
     dots = {finish(symbol): name for name, symbol in (*twin.rates.items(), *read.walk.driven.items())}
     driven: dict[str, tuple[str, ...]] = {}
-    for name, row in zip((*(f"{_RATE}{n}" for n in names), *shown), (*rates, *told), strict=True):
+    for name, row in zip((*(f"{_RATE}{n}" for n in names), *output_names), (*rates, *expressions), strict=True):
         for of in (dots[symbol] for symbol in row.free_symbols & dots.keys() if dots[symbol] in moved):
             driven[of] = (*driven.get(of, ()), name)
-    rates, told = ([row.xreplace(dict.fromkeys(dots, 0)) for row in rows] for rows in (rates, told))
+    rates, expressions = ([row.xreplace(dict.fromkeys(dots, 0)) for row in rows] for rows in (rates, expressions))
     every = [*states, *symbols.values()] if dynamics.linear is not None else None
-    matrices = tuple(_jacobian(rows, by, every) for rows in (rates, told) for by in (states, given))
+    matrices = tuple(_jacobian(rows, by, every) for rows in (rates, expressions) for by in (states, symbols_moved))
     numbers = dict(twin.values) | {symbol: point[name] for symbol, name in zip(states, names, strict=True)}
     numbers |= {finish(twin.places[name]): float((signals or {})[name]) for name in graph.signals}
     filled = {symbol: sympy.Float(value, 17) for symbol, value in {**numbers, finish(twin.places[TIME]): 0.0}.items()}
@@ -451,7 +457,9 @@ def linearize(
         for place, slope in symbolic.todok().items():
             numeric[place] = full_digits(slope.xreplace(filled))
     _check_kinks(dynamics, point, A)
-    return Linear(names, moved, shown, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven)
+    return Linear(
+        names, moved, output_names, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven
+    )
 
 
 def _jacobian(rows: Sequence[Any], by: Sequence[Any], every: Sequence[Any] | None) -> Any:
@@ -486,13 +494,13 @@ def _unknown(graph: BondGraph, names: Sequence[str], point: Any, inputs: Any, ou
     return faults + [f"output {n!r}: expected a state ({', '.join(names)}), f_NAME or e_NAME" for n in strange]
 
 
-def _told(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]) -> Any:
+def _output_expression(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]) -> Any:
     """An output as an expression of states and inputs."""
     if name in states:
         return states[name]
-    found = read.twin.graph.reading(name)
-    assert found is not None
-    return read.twin.finish(read.walk.whole((form.flow if found[0] == "f" else form.effort)[found[1]]))
+    signal = read.twin.graph.reading(name)
+    assert signal is not None
+    return read.twin.finish(read.walk.whole((form.flow if signal[0] == "f" else form.effort)[signal[1]]))
 
 
 def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:

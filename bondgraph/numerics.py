@@ -246,8 +246,8 @@ def series_roots(series: Array) -> Array:
     """
     if not np.isfinite(series).all():
         return np.empty(0)
-    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-15 * np.abs(series).max()))
-    real = found.real[np.abs(found.imag) < 1e-6]
+    roots = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-15 * np.abs(series).max()))
+    real = roots.real[np.abs(roots.imag) < 1e-6]
     return np.unique(real[(real > JUST_STARTED) & (real < 1.0)])
 
 
@@ -269,9 +269,9 @@ def first_change(
     """
     if series[0] > np.abs(series[1:]).sum():
         return None
-    found = series_roots(series)
+    roots = series_roots(series)
     first = 0 if soonest is None else 1
-    between = np.concatenate(([] if soonest is None else [soonest], 0.5 * (found[1:] + found[:-1])))
+    between = np.concatenate(([] if soonest is None else [soonest], 0.5 * (roots[1:] + roots[:-1])))
     at = np.concatenate((shares[first:], between))
     heights = np.concatenate((values[first:], value(between))) if between.size else values[first:]
     order = np.argsort(at, kind="stable")
@@ -281,9 +281,9 @@ def first_change(
         return None
     k = int(below[0])
     if k and heights[k - 1] != 0.0:
-        return float(at[k - 1]), float(at[k]), found
+        return float(at[k - 1]), float(at[k]), roots
     share = float(at[k - 1]) if k > (0 if soonest is None else 1) else 0.0  # zero at the soonest share: at once
-    return share, share, found
+    return share, share, roots
 
 
 # -- summits -----------------------------------------------------------------------------------------------------------

@@ -80,7 +80,7 @@ class Recorder:
         self.guards: list[tuple[Recorded, str, bool]] = []  # difference, less, less_equal or equal to 0, whether it holds
         self._names: list[str] = []
         self._tape: list[tuple[Any, ...]] = []  # of every node: operation and operands; ("input", k); ("place", value)
-        self._known: dict[tuple[Any, ...], Recorded] = {}
+        self._nodes: dict[tuple[Any, ...], Recorded] = {}
         self._guarded: set[tuple[int, str]] = set()
 
     def input(self, name: str, value: float | None = None) -> Recorded:
@@ -103,9 +103,9 @@ class Recorder:
             if node.value is not None:
                 values.append(node.value)
         key = (name, *numbers)
-        known = self._known.get(key)
-        if known is not None:
-            return known
+        earlier = self._nodes.get(key)
+        if earlier is not None:
+            return earlier
         return self._node(key, _evaluated(name, values) if len(values) == len(numbers) else None)
 
     def compared(self, name: str, left: Any, right: Any) -> Any:
@@ -128,8 +128,8 @@ class Recorder:
 
         inputs: the arguments, in turn; all there are where none are given. A TypeError where others are needed too.
         """
-        wanted = [self._of(output).number for output in outputs]
-        live, todo = set(wanted), list(wanted)
+        numbers = [self._of(output).number for output in outputs]
+        live, todo = set(numbers), list(numbers)
         while todo:
             entry = self._tape[todo.pop()]
             if entry[0] not in ("input", "place"):
@@ -138,8 +138,8 @@ class Recorder:
                 todo += fresh
         ordered = sorted(live)
         places = [n for n in ordered if self._tape[n][0] == "place"]
-        given = self.inputs if inputs is None else inputs
-        new = {node.number: k for k, node in enumerate(given)}
+        inputs_used = self.inputs if inputs is None else inputs
+        new = {node.number: k for k, node in enumerate(inputs_used)}
         new |= {n: len(new) + k for k, n in enumerate(places)}
         operations = []
         for n in ordered:
@@ -149,8 +149,11 @@ class Recorder:
                 if name == "input":
                     raise TypeError(f"the outputs need {self._names[operands[0]]}, which is not among the inputs")
                 operations.append((name, *[new[m] for m in operands]))
-        values, names = tuple(self._tape[n][1] for n in places), tuple(self._names[self._tape[n.number][1]] for n in given)
-        return Program(names, values, tuple(operations), tuple(new[n] for n in wanted))
+        values, names = (
+            tuple(self._tape[n][1] for n in places),
+            tuple(self._names[self._tape[n.number][1]] for n in inputs_used),
+        )
+        return Program(names, values, tuple(operations), tuple(new[n] for n in numbers))
 
     def tabulated(self, at: Recorded, knots: Sequence[float], columns: Sequence[Sequence[float]]) -> list[Any]:
         """The entries of columns in the interval of `at` between ascending knots; one entry more than there are knots."""
@@ -181,7 +184,7 @@ class Recorder:
         except Exception:  # whatever it is that a function does with a number still to come
             pass
         del self._tape[before:]
-        self._known = {key: node for key, node in self._known.items() if node.number < before}
+        self._nodes = {key: node for key, node in self._nodes.items() if node.number < before}
         return self.call(function, arguments, results)
 
     def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
@@ -204,21 +207,21 @@ class Recorder:
         plain = value if type(value) is bool else float(value)
         return self._place((plain, math.copysign(1.0, plain), type(plain)), plain)
 
-    def _place(self, known_by: tuple[Any, ...], value: Any) -> Recorded:
-        key = ("place", known_by)
-        known = self._known.get(key)
-        if known is None:
-            known = self._known[key] = Recorded(self, len(self._tape), value)
+    def _place(self, keys: tuple[Any, ...], value: Any) -> Recorded:
+        key = ("place", keys)
+        earlier = self._nodes.get(key)
+        if earlier is None:
+            earlier = self._nodes[key] = Recorded(self, len(self._tape), value)
             self._tape.append(("place", value))
-        return known
+        return earlier
 
     def _kept(self, key: tuple[Any, ...]) -> Recorded:
         """The node of an operation, made if it does not exist yet."""
-        known = self._known.get(key)
-        return self._node(key, None) if known is None else known
+        earlier = self._nodes.get(key)
+        return self._node(key, None) if earlier is None else earlier
 
     def _node(self, key: tuple[Any, ...], value: Any) -> Recorded:
-        node = self._known[key] = Recorded(self, len(self._tape), value)
+        node = self._nodes[key] = Recorded(self, len(self._tape), value)
         self._tape.append(key)
         return node
 
@@ -638,8 +641,8 @@ def _eliminated(rows: Sequence[_Equation]) -> dict[int, Any]:
             table[i] = [0.0 if j <= k else b - factor * a for j, (a, b) in enumerate(zip(table[k], table[i], strict=True))]
     solution: dict[int, Any] = {}
     for k in reversed(range(len(columns))):
-        known = sum((table[k][j] * solution[columns[j]] for j in range(k + 1, len(columns))), 0.0)
-        solution[columns[k]] = (table[k][-1] - known) / table[k][k]
+        partial_sum = sum((table[k][j] * solution[columns[j]] for j in range(k + 1, len(columns))), 0.0)
+        solution[columns[k]] = (table[k][-1] - partial_sum) / table[k][k]
     return solution
 
 
@@ -717,19 +720,19 @@ class Program(NamedTuple):
         passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not whole <= n < first})
         return self._between(range(own), passed), self._between([*passed, *range(own, whole)], self.outputs)
 
-    def _between(self, given: Sequence[int], wanted: Sequence[int]) -> Program:
+    def _between(self, inputs: Sequence[int], outputs: Sequence[int]) -> Program:
         """The operations that lead from some numbers to others; numbers that are no inputs have their own names."""
-        own, first, live, inner = len(self.inputs), len(self.inputs) + len(self.places), set(wanted), list[int]()
+        own, first, live, inner = len(self.inputs), len(self.inputs) + len(self.places), set(outputs), list[int]()
         for n in reversed(range(first, first + len(self.operations))):
-            if n in live and n not in given:
+            if n in live and n not in inputs:
                 live.update(self.operations[n - first][1:])
                 inner.insert(0, n)
         places = [n for n in range(own, first) if n in live]
-        new = {n: k for k, n in enumerate([*given, *places, *inner])}
+        new = {n: k for k, n in enumerate([*inputs, *places, *inner])}
         steps = (self.operations[n - first] for n in inner)
         operations = tuple((name, *(new[n] for n in operands)) for name, *operands in steps)
-        names = tuple(self.inputs[n] if n < own else f"early {n}" for n in given)
-        return Program(names, tuple(self.places[n - own] for n in places), operations, tuple(new[n] for n in wanted))
+        names = tuple(self.inputs[n] if n < own else f"early {n}" for n in inputs)
+        return Program(names, tuple(self.places[n - own] for n in places), operations, tuple(new[n] for n in outputs))
 
 
 class Conditions(NamedTuple):
@@ -817,10 +820,10 @@ def _source(kind: str, inputs: int, places: tuple[int, ...], operations: tuple[A
     ending: dict[int, list[str]] = {}
     texts, lines, free = [f"x{k}" for k in range(first)], [], list[str]()
     for k, (name, *operands) in enumerate(operations):
-        given, template = [texts[n] for n in operands], templates.get(name)
+        texts_of_operands, template = [texts[n] for n in operands], templates.get(name)
         if name == "call":
-            name, *given = given
-        text = template.format(*given) if template else f"{name}({', '.join(given)})"
+            name, *texts_of_operands = texts_of_operands
+        text = template.format(*texts_of_operands) if template else f"{name}({', '.join(texts_of_operands)})"
         if statement[k] == k:
             free += ending.pop(k, []) if kind == "numpy" else []
             own = free.pop() if free else f"v{k}"
@@ -892,8 +895,8 @@ def _loop(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], out
 
     kernel = _kernel(inputs, places, operations, outputs)
     space = {"kernel": kernel}
-    given = ", ".join(f"inputs[{k}, i]" for k in range(inputs))
+    arguments = ", ".join(f"inputs[{k}, i]" for k in range(inputs))
     assigned = "\n        ".join(f"found[{k}, i] = row[{k}]" for k in range(len(outputs)))
-    text = f"def run(inputs, places, found):\n    for i in range(found.shape[1]):\n        row = kernel({given}, places)"
+    text = f"def run(inputs, places, found):\n    for i in range(found.shape[1]):\n        row = kernel({arguments}, places)"
     exec(compile(f"{text}\n        {assigned}\n", "<recorded>", "exec"), space)
     return numba.njit(space["run"], nogil=True)

@@ -135,7 +135,7 @@ class Reduction:
             if not graph.is_linear(element.name):
                 raise GraphError(f"R:{element.name} follows a law of its own: simulate the whole graph")
         self._resistors = [(e, graph.constant(e.name), f) for e, f in resistors]
-        self._held: tuple[float, FlowRates] | None = None
+        self._rates_at_anchor: tuple[float, FlowRates] | None = None
         self._in_piece: tuple[float, list[_Source], list[_Source]] | None = None
         self._lumped: dict[int, float] = {}
         for _, inertia, flow in self._inertias:
@@ -196,9 +196,9 @@ class Reduction:
         """Flows at an anchor; those of the last single one are kept, because time stepping needs them repeatedly."""
         if not isinstance(anchor, float):
             return self.flows(anchor)
-        if self._held is None or self._held[0] != anchor:
-            self._held = anchor, self.flows(anchor)
-        return self._held[1]
+        if self._rates_at_anchor is None or self._rates_at_anchor[0] != anchor:
+            self._rates_at_anchor = anchor, self.flows(anchor)
+        return self._rates_at_anchor[1]
 
     def inertias(self, flows: FlowRates) -> dict[str, Any]:
         """Each inertia's share of I*, by the name of the part that it belongs to."""
@@ -510,7 +510,7 @@ class _LawPositions:
         return law
 
 
-def _assembled(step: Solve, at: _LawPositions, ratio_of: Callable[[Ratio], Any], known: list[Any]) -> tuple[Any, Any]:
+def _assembled(step: Solve, at: _LawPositions, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
     matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))
@@ -520,7 +520,7 @@ def _assembled(step: Solve, at: _LawPositions, ratio_of: Callable[[Ratio], Any],
             if variable in column:
                 matrix[..., row, column[variable]] += sign * ratio_of(ratio)
             else:
-                right[..., row] -= sign * ratio_of(ratio) * known[variable]
+                right[..., row] -= sign * ratio_of(ratio) * values[variable]
     return matrix, right
 
 
@@ -547,15 +547,15 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
     for element in graph.of_kind("GY", "Sf"):
         if element.name not in grounded:
             raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the whole graph")
-    known = {flow[graph.at(coordinate)[0].number]}
+    flows = {flow[graph.at(coordinate)[0].number]}
     waiting = flow_relations(graph, flow)
     still = {flow[graph.bond_of(name).number] for name in grounded}
     steps: list[Step] = [Sum(variable, ()) for variable in sorted(still)]
-    if known & still:
+    if flows & still:
         raise GraphError(f"the coordinate 1:{coordinate} is held at zero flow")
-    known |= still
-    steps += plan(waiting, known)
-    unknown = set(flow.values()) - known
+    flows |= still
+    steps += plan(waiting, flows)
+    unknown = set(flow.values()) - flows
     if unknown or waiting:
         steps.append(closed(graph, flow, waiting, unknown))
     return steps

@@ -224,7 +224,7 @@ def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
         # whether two zero sources that decide the same flow (effort) would meet if these two were joined
         meet = any(
             all(
-                (e.kind == zero and e.law == 0.0) or (e.kind == at_one and is_held(graph, e.name, zero, graph.bonds))
+                (e.kind == zero and e.law == 0.0) or (e.kind == at_one and has_zero_source(graph, e.name, zero, graph.bonds))
                 for e in ends
             )
             for zero, at_one in SHARING.items()
@@ -289,7 +289,7 @@ def _grounded(graph: BondGraph, name: str, kept: frozenset[str]) -> tuple[BondGr
     rest = None if name in kept | graph.measured else without(graph, name, pins, kept)
     if rest:
         return _dropped("zero velocity", graph, rest, f"1:{name} does not move")
-    if is_held(graph, name, "Sf", graph.bonds):
+    if has_zero_source(graph, name, "Sf", graph.bonds):
         return graph, Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
     source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
     grounded = edited(graph, [*graph.bonds, new_bond(graph, source.name, name)], (), [source])
@@ -414,7 +414,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
     left = [b for b in graph.bonds if b.number not in cut]
     sources, fresh = list[Element](), list[Bond]()
     for name, zero in zeros.items():
-        if not is_held(graph, name, zero, left) and not _equal(graph, name, left) & {b.head for b in fresh}:
+        if not has_zero_source(graph, name, zero, left) and not _equal(graph, name, left) & {b.head for b in fresh}:
             sources.append(Element(zero, fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain))
             fresh.append(new_bond(graph, sources[-1].name, name, len(fresh)))
     bonds = left + fresh
@@ -440,7 +440,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
     return edited(graph, [b for b in bonds if b.tail in pieces[0]], gone, sources), ", ".join(what)
 
 
-def is_held(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -> bool:
+def has_zero_source(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -> bool:
     """True if, by these bonds, a source of value 0 of this kind holds a junction or an equal one joined to it."""
     group = _equal(graph, junction, bonds)
     around = [graph.elements[name] for bond in bonds if group & set(bond[1:]) for name in bond[1:]]

@@ -126,7 +126,7 @@ def load(path: str | os.PathLike[str]) -> BondGraph:
 
     def pairs(items: list[tuple[str, Any]]) -> dict[str, Any]:
         keys = [key for key, _ in items]
-        twice.extend(f"found key {shown(key)} twice in one object" for key in _repeated(keys))
+        twice.extend(f"found key {brief(key)} twice in one object" for key in _repeated(keys))
         return dict(items)
 
     try:
@@ -228,7 +228,7 @@ def _faults(data: Any) -> Iterator[str]:
         items = data.get(table)
         names = [item.get("name") for item in items if isinstance(item, dict)] if isinstance(items, list) else []
         for name in _repeated([name for name in names if isinstance(name, str)]):
-            yield f"{table}: found two named {shown(name)}, expected every name once"
+            yield f"{table}: found two named {brief(name)}, expected every name once"
 
 
 def _repeated(names: Sequence[str]) -> list[str]:
@@ -236,17 +236,17 @@ def _repeated(names: Sequence[str]) -> list[str]:
 
 
 def _record(required: Mapping[str, Check], optional: Mapping[str, Check] | None = None) -> Check:
-    known = {**required, **(optional or {})}
+    names = {**required, **(optional or {})}
 
     def fields(value: Any, place: str) -> Iterator[str]:
         where = f"{place}: " if place else ""
         if not isinstance(value, dict):
-            yield f"{where}found {shown(value)}, expected an object with {', '.join(required)}"
+            yield f"{where}found {brief(value)}, expected an object with {', '.join(required)}"
             return
         for key in value:
-            if key not in known:
-                yield f"{where}found unknown key {shown(key)}, expected {', '.join(known)}"
-        for key, check in known.items():
+            if key not in names:
+                yield f"{where}found unknown key {brief(key)}, expected {', '.join(names)}"
+        for key, check in names.items():
             if key in value:
                 yield from check(value[key], f"{place}.{key}" if place else key)
             elif key in required:
@@ -258,7 +258,7 @@ def _record(required: Mapping[str, Check], optional: Mapping[str, Check] | None 
 def _each(check: Check) -> Check:
     def all_of(value: Any, place: str) -> Iterator[str]:
         if not isinstance(value, list) or len(value) > MAX_ITEMS:
-            yield f"{place}: found {shown(value)}, expected a list of at most {MAX_ITEMS}"
+            yield f"{place}: found {brief(value)}, expected a list of at most {MAX_ITEMS}"
             return
         for k, item in enumerate(value):
             yield from check(item, f"{place}[{k}]")
@@ -269,53 +269,53 @@ def _each(check: Check) -> Check:
 def _is(expected: Any) -> Check:
     def same(value: Any, place: str) -> Iterator[str]:
         if type(value) is not type(expected) or value != expected:
-            yield f"{place}: found {shown(value)}, expected {expected!r}"
+            yield f"{place}: found {brief(value)}, expected {expected!r}"
 
     return same
 
 
 def _name(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, str) or not value:
-        yield f"{place}: found {shown(value)}, expected a name"
+        yield f"{place}: found {brief(value)}, expected a name"
 
 
 def _any_text(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, str):
-        yield f"{place}: found {shown(value)}, expected text"
+        yield f"{place}: found {brief(value)}, expected text"
 
 
 def _bond(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, list) or len(value) != 3:
-        yield f"{place}: found {shown(value)}, expected [number, tail, head]"
+        yield f"{place}: found {brief(value)}, expected [number, tail, head]"
         return
     if type(value[0]) is not int or not 0 < value[0] < 2**31:
-        yield f"{place}[0]: found {shown(value[0])}, expected a whole number from 1"
+        yield f"{place}[0]: found {brief(value[0])}, expected a whole number from 1"
     yield from _name(value[1], f"{place}[1]")
     yield from _name(value[2], f"{place}[2]")
 
 
 def _parameters(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, dict) or len(value) > MAX_ITEMS:
-        yield f"{place}: found {shown(value)}, expected an object of at most {MAX_ITEMS} numbers by name"
+        yield f"{place}: found {brief(value)}, expected an object of at most {MAX_ITEMS} numbers by name"
         return
     for name, number in value.items():
         yield from _name(name, place)
         if number is not None:
-            yield from number_faults(number, f"{place}.{shown(name)}")
+            yield from number_faults(number, f"{place}.{brief(name)}")
 
 
 def _law(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, dict):
         if list(number_faults(value, place)):
-            yield f"{place}: found {shown(value)}, expected a finite number or an expression"
+            yield f"{place}: found {brief(value)}, expected a finite number or an expression"
         return
     faults = list(_record({"of": _each(_name), "expression": tree_faults})(value, place))
     yield from faults
     if not faults:
         for name in sorted(names_in(value["expression"]) - set(value["of"])):
-            yield f"{place}.of: found no {shown(name)}, which the expression depends on"
+            yield f"{place}.of: found no {brief(name)}, which the expression depends on"
         for name in _repeated(value["of"]):
-            yield f"{place}.of: found {shown(name)} twice, expected it once"
+            yield f"{place}.of: found {brief(name)} twice, expected it once"
 
 
 def as_tree(expression: Any) -> Any:
@@ -379,8 +379,8 @@ def _tree(expression: Any) -> Any:
         return float(expression)
     if isinstance(expression, sympy.Piecewise):
         return ["piecewise", *(_tree(item) for pair in expression.args for item in pair.args)]
-    known = isinstance(expression, sympy.Basic)
-    operation = _by_sympy().get(expression.func if expression.args else expression) if known else None
+    is_expression = isinstance(expression, sympy.Basic)
+    operation = _by_sympy().get(expression.func if expression.args else expression) if is_expression else None
     if operation is None:
         raise GraphError(f"cannot be saved: found {type(expression).__name__}, expected one of {', '.join(OPERATIONS)}")
     return [operation, *(_tree(argument) for argument in expression.args)]
@@ -438,10 +438,10 @@ def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
     if not isinstance(node, list):
         if sort == _CONDITION or list(number_faults(node, place)):
             expected = "a condition" if sort == _CONDITION else "a finite number or [operation, argument, ...]"
-            yield f"{place}: found {shown(node)}, expected {expected}"
+            yield f"{place}: found {brief(node)}, expected {expected}"
     elif not isinstance(head, str) or head not in {*_LEAVES, "piecewise", *OPERATIONS}:
         expected = ", ".join([*_LEAVES, "piecewise", *OPERATIONS])
-        yield f"{place}: found {shown(head) if node else 'nothing'}, expected an operation: {expected}"
+        yield f"{place}: found {brief(head) if node else 'nothing'}, expected an operation: {expected}"
     elif head in _LEAVES:
         if head == "name":
             holds = len(node) == 2 and isinstance(node[1], str) and node[1] != ""
@@ -449,7 +449,7 @@ def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
             whole = all(isinstance(n, int) and not list(number_faults(n, "")) for n in node[1:])
             holds = whole and len(node) == 3 and node[2] > 0
         if sort == _CONDITION or not holds:
-            yield f"{place}: found {shown(node)}, expected {'a condition' if sort == _CONDITION else _LEAVES[head]}"
+            yield f"{place}: found {brief(node)}, expected {'a condition' if sort == _CONDITION else _LEAVES[head]}"
     elif head == "piecewise":
         if len(node) < 3 or len(node) % 2 == 0:
             yield f"{place}: found piecewise of {len(node) - 1} arguments, expected pairs of value and condition"
@@ -491,10 +491,10 @@ def number_faults(value: Any, place: str) -> Iterator[str]:
     """A line where something is no number, or none in the range of floats."""
     exact = isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= MAX_BITS
     if not exact and not (isinstance(value, float) and math.isfinite(value)):
-        yield f"{place}: found {shown(value)}, expected a finite number"
+        yield f"{place}: found {brief(value)}, expected a finite number"
 
 
-def shown(value: Any) -> str:
+def brief(value: Any) -> str:
     """A wrong value, short enough for an error's line."""
     if isinstance(value, dict | list):
         return f"{'an object' if isinstance(value, dict) else 'a list'} of {len(value)}"

@@ -90,21 +90,21 @@ def inputs(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Signal, tuple[S
             others = [bond.number] if kind == "R" else []
         elif kind in JUNCTIONS and letter == COMMON[kind]:
             others = [b.number for b in deciding(graph, strokes, name) if b is not bond][:1]
-        given = OTHER[letter] if kind in ("R", "GY") else letter
-        dependencies[Signal(letter, bond.number)] = tuple(Signal(given, number) for number in others)
+        letter_in_use = OTHER[letter] if kind in ("R", "GY") else letter
+        dependencies[Signal(letter, bond.number)] = tuple(Signal(letter_in_use, number) for number in others)
     return dependencies
 
 
-def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: str) -> str:
+def follows(graph: BondGraph, strokes: Mapping[int, str], relations: Inputs, name: str) -> str:
     """The stores and sources that a store in derivative causality depends on: `I:m follows I:J through MTF:T`."""
     bond = graph.bond_of(name)
     start = Signal("f" if graph.elements[name].kind == "I" else "e", bond.number)
     gives = _givers(graph, strokes)
-    towards = _towards(start, known)
+    towards = _towards(start, relations)
     ends = []
     for variable in towards:
         end = gives[variable]
-        if known[variable] or end == name or graph.elements[end].kind not in ONE_PORTS:
+        if relations[variable] or end == name or graph.elements[end].kind not in ONE_PORTS:
             continue
         path = [gives[v] for v in _path(variable, towards)]
         passed = [graph.title(n) for n in path if graph.elements[n].kind in TWO_PORTS | {"R"}]
@@ -113,17 +113,17 @@ def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: s
     return f"{graph.title(name)} follows {what}"
 
 
-def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Circle, ...]:
+def loops(graph: BondGraph, strokes: Mapping[int, str], relations: Inputs) -> tuple[Circle, ...]:
     """The algebraic loops: groups of efforts and flows each of which is computed from all the others."""
     gives = _givers(graph, strokes)
-    circles, place = [], {variable: k for k, variable in enumerate(known)}
-    for group in sorted(components(known), key=lambda group: place[group[0]]):
-        if len(group) == 1 and group[0] not in known[group[0]]:
+    circles, place = [], {variable: k for k, variable in enumerate(relations)}
+    for group in sorted(components(relations), key=lambda group: place[group[0]]):
+        if len(group) == 1 and group[0] not in relations[group[0]]:
             continue
         members = {gives[v] for v in group}
         elements = tuple(name for name in graph.elements if name in members)
         start = next((v for v in group if graph.elements[gives[v]].kind == "R"), group[0])
-        inside = {v: tuple(n for n in known[v] if n in group) for v in group}
+        inside = {v: tuple(n for n in relations[v] if n in group) for v in group}
         back = [_towards(v, inside) for v in inside[start]]  # what each input of `start` is computed from
         circle = min(([*_path(start, towards), start] for towards in back if start in towards), key=len)
         resistors = [graph.title(name) for name in elements if graph.elements[name].kind == "R"]
@@ -167,13 +167,13 @@ def zero_order_paths(graph: BondGraph) -> tuple[Path, ...]:
     """
     import sympy  # type: ignore[import-untyped]
 
-    found = causality(graph)
-    refuse(found.conflicts)
-    known = inputs(graph, found.strokes)
+    assignment = causality(graph)
+    refuse(assignment.conflicts)
+    relations = inputs(graph, assignment.strokes)
     cycles: dict[frozenset[Signal], list[Signal]] = {}
-    numbers = {e: k for k, e in enumerate(known)}
-    for circle in found.loops:
-        inside = {v: [n for n in known[v] if n.bond in circle.bonds] for v in known if v.bond in circle.bonds}
+    numbers = {e: k for k, e in enumerate(relations)}
+    for circle in assignment.loops:
+        inside = {v: [n for n in relations[v] if n.bond in circle.bonds] for v in relations if v.bond in circle.bonds}
         for start in inside:
             work = [(start, iter(inside[start]))]
             walk = [start]
@@ -196,7 +196,7 @@ def zero_order_paths(graph: BondGraph) -> tuple[Path, ...]:
         gain, value, passed = sympy.Integer(1), 1.0, []
         for cause, answer in zip(cycle, [*cycle[1:], cycle[0]], strict=True):
             bond, before = bonds[answer.bond], bonds[cause.bond]
-            name = giver(bond, answer.letter, found.strokes)
+            name = giver(bond, answer.letter, assignment.strokes)
             kind = graph.elements[name].kind
             passed.append(name)
             if kind in JUNCTIONS:
@@ -216,12 +216,12 @@ def _givers(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Signal, str]:
     return {Signal(x, bond.number): giver(bond, x, strokes) for bond in graph.bonds for x in "ef"}
 
 
-def _towards(start: Signal, known: Inputs) -> dict[Signal, Signal]:
+def _towards(start: Signal, relations: Inputs) -> dict[Signal, Signal]:
     """All variables from which `start` is computed, each with the next variable on the shortest way to it."""
     towards = {start: start}
     queue = [start]
     for variable in queue:
-        fresh = [v for v in known[variable] if v not in towards]
+        fresh = [v for v in relations[variable] if v not in towards]
         towards |= dict.fromkeys(fresh, variable)
         queue += fresh
     return towards
@@ -304,7 +304,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     (('J',), ('m',), 'I:m follows I:J through MTF:T')
 
     """
-    wanted = _wanted(as_graph(graph), prefer)
+    preferences = _preferences(as_graph(graph), prefer)
     fixed = []  # the sources' strokes, and all that follows from them and from the structure alone
     for source in graph.of_kind(*SOURCES):
         bond = graph.bond_of(source.name)
@@ -313,13 +313,13 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     fixed += [(bond, _Mark(end, "chosen", "")) for bond, end in _cancelling(graph)]
     draft = _extended(_Assignment(graph, {}, {}, frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
-        trial = _store(draft, wanted, name)
+        trial = _store(draft, preferences, name)
         free = graph.bond_of(name).number not in draft.marks
         draft = trial if free and len(trial.conflicts) == len(draft.conflicts) else draft
-    draft = _completed(draft, wanted)
+    draft = _completed(draft, preferences)
     strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
-    known = inputs(graph, strokes)
-    circles = () if draft.conflicts else loops(graph, strokes, known)
+    relations = inputs(graph, strokes)
+    circles = () if draft.conflicts else loops(graph, strokes, relations)
     how = {}
     for e in graph.of_kind(*STORES):
         how[e.name] = _INTEGRAL if is_integral(e.kind, strokes[graph.bond_of(e.name).number] == e.name) else _DERIVATIVE
@@ -327,10 +327,10 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     return Causality(
         graph,
         strokes,
-        {b.number: _reason(draft, b, wanted, how, circles) for b in graph.bonds},
+        {b.number: _reason(draft, b, preferences, how, circles) for b in graph.bonds},
         tuple(name for name, is_ in how.items() if is_ == _INTEGRAL),
         derivative,
-        {name: follows(graph, strokes, known, name) for name in derivative},
+        {name: follows(graph, strokes, relations, name) for name in derivative},
         tuple(draft.conflicts.values()),
         circles,
     )
@@ -354,7 +354,7 @@ def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:
                 waiting.setdefault((one[bond.tail], one[bond.head]), []).append(bond)
 
 
-def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:
+def _preferences(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:
     stores = graph.of_kind(*STORES)
     preferred = dict.fromkeys([e.name for e in stores if e.law != 0.0], prefer) if isinstance(prefer, str) else dict(prefer)
     faults = []
@@ -366,10 +366,13 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
         elif how not in (_INTEGRAL, _DERIVATIVE):
             faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
     refuse(faults)
-    wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | preferred
+    preferences = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | preferred
 
     behind = _behind(graph)
-    return {name: wanted[name] for name in sorted(wanted, key=lambda name: (name in behind) == (wanted[name] == _INTEGRAL))}
+    return {
+        name: preferences[name]
+        for name in sorted(preferences, key=lambda name: (name in behind) == (preferences[name] == _INTEGRAL))
+    }
 
 
 def _behind(graph: BondGraph) -> set[str]:
@@ -387,13 +390,13 @@ def _behind(graph: BondGraph) -> set[str]:
     weighed = {flow[graph.bond_of(e.name).number] for e in graph.of_kind("I") if e.law != 0.0}
     weighed |= {flow[graph.at(junction)[0].number] for junction in graph.measured}
     varying = [[flow[b.number] for b in graph.ends(e.name)] for e in graph.of_kind("TF") if not graph.is_linear(e.name)]
-    found = set()
+    beyond = set()
     for element in graph.of_kind("I") if varying else ():
         near = reached_from(flow[graph.bond_of(element.name).number], before)
         ahead = {v for into, out in varying if out in near for v in reached_from(into, before)}
         if ahead & weighed:
-            found.add(element.name)
-    return found
+            beyond.add(element.name)
+    return beyond
 
 
 class _Mark(NamedTuple):
@@ -435,12 +438,12 @@ def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _Mark]], todo: S
             strokes[bond.number] = end
             queue.append(bond.other(name))
         bonds = graph.at(name)
-        known = [b for b in bonds if b.number in strokes]
+        marked = [b for b in bonds if b.number in strokes]
         if graph.elements[name].kind == "GY":
-            contradicts = len({strokes[b.number] == name for b in known}) > 1
+            contradicts = len({strokes[b.number] == name for b in marked}) > 1
         else:
             deciders = len(deciding(graph, strokes, name))
-            contradicts = deciders > 1 or (deciders == 0 and len(known) == len(bonds))
+            contradicts = deciders > 1 or (deciders == 0 and len(marked) == len(bonds))
         if contradicts and name not in conflicts:
             conflicts[name] = _conflict(graph, marks, strokes, name)
         if _divides(graph, strokes, name):
@@ -450,15 +453,15 @@ def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _Mark]], todo: S
 
 def _forced(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[tuple[Bond, bool, list[Bond]]]:
     """Strokes that an element's other bonds leave no choice for: the bond, whether it is at the element, why."""
-    known = [b for b in graph.at(name) if b.number in strokes]
+    marked = [b for b in graph.at(name) if b.number in strokes]
     free = [b for b in graph.at(name) if b.number not in strokes]
     kind = graph.elements[name].kind
     if kind == "GY":
-        return [(b, strokes[known[0].number] == name, known) for b in free] if known else []
+        return [(b, strokes[marked[0].number] == name, marked) for b in free] if marked else []
     decided = deciding(graph, strokes, name)
     if decided:
         return [(b, not DECIDES_AT[kind], decided[:1]) for b in free]
-    return [(free[0], DECIDES_AT[kind], known)] if len(free) == 1 else []
+    return [(free[0], DECIDES_AT[kind], marked)] if len(free) == 1 else []
 
 
 def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
@@ -468,7 +471,7 @@ def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
     return strokes.get(graph.ends(name)[0].number) == name  # TF: f_in = f_out / T; GY: f_out = e_in / G
 
 
-def _completed(draft: _Assignment, wanted: Mapping[str, str]) -> _Assignment:
+def _completed(draft: _Assignment, preferences: Mapping[str, str]) -> _Assignment:
     """The first assignment in the order of preference that adds no conflict; if there is none, one that adds few."""
     stack: list[_Trial] = [lambda: draft]
     for _ in range(_MOST_TRIALS * len(draft.graph.bonds)):
@@ -477,11 +480,11 @@ def _completed(draft: _Assignment, wanted: Mapping[str, str]) -> _Assignment:
         tried = stack.pop()()
         if len(tried.conflicts) > len(draft.conflicts):
             continue
-        trials = _trials(tried, wanted)
+        trials = _trials(tried, preferences)
         if not trials:
             return tried
         stack += reversed(trials)
-    while trials := _trials(draft, wanted):
+    while trials := _trials(draft, preferences):
         draft = min((trial() for trial in trials), key=lambda trial: len(trial.conflicts))
     return draft
 
@@ -489,20 +492,20 @@ def _completed(draft: _Assignment, wanted: Mapping[str, str]) -> _Assignment:
 _Trial = Callable[[], _Assignment]
 
 
-def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Trial]:
+def _trials(draft: _Assignment, preferences: Mapping[str, str]) -> list[_Trial]:
     """The two ways to decide the next open bond, the better one first; none if all bonds have their strokes."""
     graph = draft.graph
     if len(draft.marks) == len(graph.bonds):
         return []
-    stores = [name for name in wanted if graph.bond_of(name).number not in draft.marks]
+    stores = [name for name in preferences if graph.bond_of(name).number not in draft.marks]
     if stores:  # the first that gets what it prefers without a conflict or a division by a modulus; else the first of all
         waiting = []
         for name in stores:
-            trial = _store(draft, wanted, name)
+            trial = _store(draft, preferences, name)
             waiting.append(trial)
             if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-                return [lambda: waiting[-1], partial(_store, draft, wanted, name, opposite=True)]
-        return [lambda: waiting[0], partial(_store, draft, wanted, stores[0], opposite=True)]
+                return [lambda: waiting[-1], partial(_store, draft, preferences, name, opposite=True)]
+        return [lambda: waiting[0], partial(_store, draft, preferences, stores[0], opposite=True)]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
     if resistors:  # first those whose laws cannot be solved for their flows, as resistances
         name = min(resistors, key=lambda n: _solvable(graph, n))
@@ -516,10 +519,10 @@ def _trials(draft: _Assignment, wanted: Mapping[str, str]) -> list[_Trial]:
     return [lambda trial=trial: trial for trial in better]  # type: ignore[misc]
 
 
-def _store(draft: _Assignment, wanted: Mapping[str, str], name: str, *, opposite: bool = False) -> _Assignment:
+def _store(draft: _Assignment, preferences: Mapping[str, str], name: str, *, opposite: bool = False) -> _Assignment:
     """The draft with a store in the causality that is wanted of it, or in the opposite one."""
     bond = draft.graph.bond_of(name)
-    gives_flow = is_integral(draft.graph.elements[name].kind, (wanted[name] == _INTEGRAL) != opposite)
+    gives_flow = is_integral(draft.graph.elements[name].kind, (preferences[name] == _INTEGRAL) != opposite)
     mark = _Mark(name if gives_flow else bond.other(name), "chosen" if opposite else "preferred", name)
     return _extended(draft, [(bond, mark)])
 
@@ -531,8 +534,8 @@ def _solvable(graph: BondGraph, name: str) -> bool:
 
 def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int, str], name: str) -> str:
     kind, bonds = graph.elements[name].kind, graph.at(name)
-    known = [b for b in bonds if b.number in strokes]
-    rivals = known if kind in TWO_PORTS else deciding(graph, strokes, name) or known
+    marked = [b for b in bonds if b.number in strokes]
+    rivals = marked if kind in TWO_PORTS else deciding(graph, strokes, name) or marked
     led = dict.fromkeys(number for b in rivals for number in _roots(graph, marks, b))
     leading = {number: graph.elements[marks[number].by] for number in led}
     if len(led) > 1 and all(element.kind in SOURCES for element in leading.values()):
@@ -542,9 +545,9 @@ def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int
         every = "both" if len(led) == 2 else "all"
         return f"{both} {every} set the {sets} of {graph.title(name)} (bonds {numbers}): remove one, or put an R between"
     if kind in TWO_PORTS:
-        given = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
+        causes = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
         rule = "one effort and one flow" if kind == "TF" else "two efforts or two flows"
-        return f"{graph.title(name)}: {' and '.join(given)}, expected {rule}; remove or reverse one of the two"
+        return f"{graph.title(name)}: {' and '.join(causes)}, expected {rule}; remove or reverse one of the two"
     word = _WORDS[COMMON[kind]]
     decided = [_from(graph, marks, b) for b in deciding(graph, strokes, name)]
     if decided:
@@ -571,12 +574,12 @@ def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
 
 
 def _reason(
-    draft: _Assignment, bond: Bond, wanted: Mapping[str, str], how: Mapping[str, str], circles: Sequence[Circle]
+    draft: _Assignment, bond: Bond, preferences: Mapping[str, str], how: Mapping[str, str], circles: Sequence[Circle]
 ) -> Reason:
     graph, mark = draft.graph, draft.marks[bond.number]
     port = next((n for n in bond[1:] if graph.elements[n].kind in ONE_PORTS), "")
     kind, text = mark.kind, _text(graph, mark, how)
-    if how.get(port) == _DERIVATIVE != wanted.get(port):
+    if how.get(port) == _DERIVATIVE != preferences.get(port):
         kind = "derivative"
         text = f"{graph.title(port)} has to follow: {text}" if mark.kind == "propagated" else text
     if kind == "chosen" and any(bond.number in loop.bonds for loop in circles):
@@ -731,19 +734,19 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
     if assigned.graph is not graph:
         raise GraphError("the causality is that of another graph: give the one of this graph, or none")
     refuse(assigned.conflicts)
-    known = inputs(graph, assigned.strokes)
-    rows = [_row(graph, assigned, known, bond) for bond in graph.bonds]
+    relations = inputs(graph, assigned.strokes)
+    rows = [_row(graph, assigned, relations, bond) for bond in graph.bonds]
     for signal in activated(graph):
         read = {x: f"{x}_{signal.tail}" for x in "ef" if f"{x}_{signal.tail}" in graph.depends_on(signal.head)}
-        given = {x: Equation(name, (Summand(Signal(*(graph.reading(name) or (x, 0)))),)) for x, name in read.items()}
+        equations = {x: Equation(name, (Summand(Signal(*(graph.reading(name) or (x, 0)))),)) for x, name in read.items()}
         ends = graph.title(signal.tail), graph.title(signal.head), (signal.tail, signal.head)
-        rows.append(BondRow(signal.number, *ends, "", given.get("e"), given.get("f"), None))
+        rows.append(BondRow(signal.number, *ends, "", equations.get("e"), equations.get("f"), None))
     implicit = [f"implicit equations: {loop.text}" for loop in assigned.loops]
     return Table(tuple(rows), (*(assigned.follows[name] for name in assigned.derivative), *implicit))
 
 
-def _row(graph: BondGraph, assigned: Causality, known: Inputs, bond: Bond) -> BondRow:
-    effort, flow = (_equation(graph, assigned, known, bond, letter) for letter in "ef")
+def _row(graph: BondGraph, assigned: Causality, relations: Inputs, bond: Bond) -> BondRow:
+    effort, flow = (_equation(graph, assigned, relations, bond, letter) for letter in "ef")
     store = next((n for n in bond[1:] if graph.elements[n].kind in STORES), None)
     state = None
     if store is not None:  # its rate of change in integral causality, its value in derivative causality
@@ -753,17 +756,17 @@ def _row(graph: BondGraph, assigned: Causality, known: Inputs, bond: Bond) -> Bo
             rate = Signal("e" if inertia else "f", bond.number)
             state = Equation(left._replace(rate=True), (Summand(rate, positive=bond.sign(store) > 0),))
         else:
-            given = Summand(Signal("f" if inertia else "e", bond.number))
-            curved = Summand(None, _symbol(graph, store, given, inverse=True))
-            state = Equation(left, (curved if _nonlinear(graph, store) else given._replace(factor=_symbol(graph, store)),))
+            summand = Summand(Signal("f" if inertia else "e", bond.number))
+            curved = Summand(None, _symbol(graph, store, summand, inverse=True))
+            state = Equation(left, (curved if _nonlinear(graph, store) else summand._replace(factor=_symbol(graph, store)),))
     ends = graph.title(bond.tail), graph.title(bond.head), (bond.tail, bond.head)
     return BondRow(bond.number, *ends, assigned.strokes[bond.number], effort, flow, state)
 
 
-def _equation(graph: BondGraph, assigned: Causality, known: Inputs, bond: Bond, letter: str) -> Equation:
+def _equation(graph: BondGraph, assigned: Causality, relations: Inputs, bond: Bond, letter: str) -> Equation:
     name = giver(bond, letter, assigned.strokes)
     kind, law, inward = graph.elements[name].kind, graph.elements[name].law, bond.sign(name) > 0
-    needs = known[Signal(letter, bond.number)]
+    needs = relations[Signal(letter, bond.number)]
     symbol = _symbol(graph, name)
     if kind in SOURCES:
         if isinstance(law, Law) and law.moving:  # it may depend on flows and time besides

@@ -67,7 +67,7 @@ class Twin:
         rates: signal -> the real symbol of its time derivative.
         opaque: a modulus as a function of plain symbols -> its expression.
         names: the names that are taken.
-        held: symbol that a law's value is kept as while a walk runs -> the value. The walk multiplies by signs +-1.0,
+        law_values: symbol that a law's value is kept as while a walk runs -> the value. The walk multiplies by signs +-1.0,
             which would turn the fractions in a formula into floats.
         plain: real symbol -> plain symbol.
 
@@ -80,7 +80,7 @@ class Twin:
     rates: Mapping[str, Any]
     opaque: Mapping[Any, Any]
     names: Names
-    held: dict[Any, Any] = field(default_factory=dict)
+    law_values: dict[Any, Any] = field(default_factory=dict)
     plain: dict[Any, Any] = field(default_factory=dict)
 
     def signals(self) -> dict[str, Callable[[Any], Any]]:
@@ -98,14 +98,14 @@ class Twin:
         if value.is_Integer or value.is_Float or value.is_Symbol:
             return value
         symbol = sympy.Dummy(real=True)
-        self.held[symbol] = self.unfold(value)
+        self.law_values[symbol] = self.unfold(value)
         return symbol
 
     def unfold(self, expression: Any) -> Any:
         """An expression with the laws' values in it, and exact whole numbers and halves."""
         import sympy
 
-        return replaced(exact(sympy.sympify(expression, strict=True)), lambda part: self.held.get(part, part))
+        return replaced(exact(sympy.sympify(expression, strict=True)), lambda part: self.law_values.get(part, part))
 
     def finish(self, expression: Any) -> Any:
         """An expression unfolded, in plain symbols."""
@@ -176,7 +176,7 @@ def twin(graph: BondGraph, *, opaque: bool = False) -> Twin:
     writer = _LawWriter(graph, opaque, names, places, dict(parameters))
     elements = {name: element._replace(law=writer.law(element)) for name, element in graph.elements.items()}
     symbolic = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, writer.parameters)
-    draft = Twin(symbolic, {}, {}, places, rates, {}, names, writer.held)
+    draft = Twin(symbolic, {}, {}, places, rates, {}, names, writer.law_values)
     numbers = {parameters[name]: value for name, value in graph.parameters.items() if value is not None}
     values = {draft.finish(symbol): value for symbol, value in (numbers | writer.values).items()}
     own = {name: draft.finish(symbol) for name, symbol in writer.own.items()}
@@ -193,7 +193,7 @@ class _LawWriter:
         self.values: dict[Any, float] = {}
         self.own: dict[str, Any] = {}
         self.functions: dict[Any, Any] = {}
-        self.held: dict[Any, Any] = {}
+        self.law_values: dict[Any, Any] = {}
 
     def law(self, element: Element) -> Any:
         """An element's law with symbols for its numbers."""
@@ -229,14 +229,14 @@ class _LawWriter:
 
         key, symbol = f"{element.kind}:{element.name}", value if value.is_Symbol else sympy.Dummy(real=True)
         if symbol != value:
-            self.held[symbol] = value
+            self.law_values[symbol] = value
         self.parameters[key] = symbol
         return Function(symbol, (symbol.name,), (key,))
 
     def _meant(self, expression: Any) -> Any:
         """A law's expression, in names of the graph, in the symbols that these have."""
-        known = {**self.places, **self.parameters}
-        return expression.xreplace({s: known[s.name] for s in expression.free_symbols})
+        symbols = {**self.places, **self.parameters}
+        return expression.xreplace({s: symbols[s.name] for s in expression.free_symbols})
 
     def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
         """A mechanism's own law: a function of the displacement that is known by its values."""
@@ -329,7 +329,7 @@ class SymbolicWalk(Walk):
         def entry(value: Any) -> Any:
             value = self.twin.unfold(value)
             fresh = {x: numbers.setdefault(x, sympy.Dummy(real=True)) for x in (value.atoms(sympy.Float) if few else ())}
-            self.twin.held.update({symbol: x for x, symbol in fresh.items()})
+            self.twin.law_values.update({symbol: x for x, symbol in fresh.items()})
             return value.xreplace(fresh)
 
         for terms, constant in zip(made, constants, strict=True):
@@ -339,15 +339,15 @@ class SymbolicWalk(Walk):
         flat = [a for row in (*rows, dict(enumerate(right))) for a in row.values()]
         field, entries = sympy.construct_domain(flat if few else [], field=True)
         if few := few and field.is_Exact and not field.is_EX:
-            given = iter(entries)
-            rows, right = [{v: next(given) for v in row} for row in rows], list(given)
+            values = iter(entries)
+            rows, right = [{v: next(values) for v in row} for row in rows], list(values)
         self.nested = self.nested or not few
         try:
-            found = eliminated(rows, [{0: b} for b in right], (lambda a: a) if few else self._step)
+            outputs = eliminated(rows, [{0: b} for b in right], (lambda a: a) if few else self._step)
         except GraphError:
             return super()._closed(ports)
         whole = (lambda z: sympy.factor_terms(field.to_sympy(field.convert(z)))) if few else sympy.sympify
-        self.solved |= {v: (whole, x.get(0, 0)) for v, x in found.items()}
+        self.solved |= {v: (whole, x.get(0, 0)) for v, x in outputs.items()}
         return [self.value(port.output) for port in ports]
 
     def value(self, variable: int) -> Any:
@@ -370,14 +370,14 @@ class SymbolicWalk(Walk):
             return None
         at = flow if own == OWN_FLOW else effort
         read = {n: at if n == own else self.form.read(port, n) for n in law.of}
-        given = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
-        value, partials = super()._symbolic_partials(law, self._arguments(law, name, given=given))
-        if any(partial.has(*given.values()) for partial in partials):
+        names = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
+        value, partials = super()._symbolic_partials(law, self._arguments(law, name, outputs=names))
+        if any(partial.has(*names.values()) for partial in partials):
             return None
-        signs = {n: port.sign if n == OWN_FLOW else 1 for n in given}
+        signs = {n: port.sign if n == OWN_FLOW else 1 for n in names}
         slopes = [(v, signs[n] * a) for (n, v), a in zip(read.items(), partials, strict=True) if v is not None]
         left = (effort, -1) if own == OWN_FLOW else (flow, -port.sign) if own else (port.output, -1)
-        return [left, *slopes], value.xreplace(dict.fromkeys(given.values(), sympy.S.Zero))
+        return [left, *slopes], value.xreplace(dict.fromkeys(names.values(), sympy.S.Zero))
 
     def _step(self, value: Any) -> Any:
         """A symbol for an intermediate result, if it is more than one."""
@@ -390,13 +390,13 @@ class SymbolicWalk(Walk):
         self.steps[symbol] = value
         return symbol
 
-    def inverse(self, port: Port, given: Any) -> Any:
+    def inverse(self, port: Port, output: Any) -> Any:
         """The momentum (displacement) at which a store of a straight line gives a flow (effort)."""
         import sympy
 
         name, law = port.element.name, port.element.law
         if not self.graph.is_curve(name) or not isinstance(law, Function):
-            return super().inverse(port, given)
+            return super().inverse(port, output)
         own = sympy.Dummy(real=True)
         arguments = self._arguments(law, name, own)
         value, partials = super()._symbolic_partials(law, arguments)
@@ -408,7 +408,7 @@ class SymbolicWalk(Walk):
                 "let it lead, by state_equations(graph, causality=causality(graph, {NAME: 'derivative'})) of those that it "
                 "follows, or use Dynamics"
             )
-        return (port.sign * given if port.element.kind == "I" else given) / slope - value.subs(own, 0) / slope
+        return (port.sign * output if port.element.kind == "I" else output) / slope - value.subs(own, 0) / slope
 
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return self.twin.hold(super()._symbolic(law, arguments))

@@ -60,8 +60,8 @@ class WordGraph:
                 if word not in self.words:
                     faults.append(f"bond {number}: no word {word!r} in {end!r}; the words are {', '.join(self.words)}")
                 elif port not in self.ports(word):
-                    known = ", ".join(self.ports(word)) or "none"
-                    faults.append(f"bond {number}: word {word!r} has no port {port!r}; its ports are {known}")
+                    names = ", ".join(self.ports(word)) or "none"
+                    faults.append(f"bond {number}: word {word!r} has no port {port!r}; its ports are {names}")
                 elif end in taken:
                     faults.append(
                         f"bond {number}: port {end!r} has bond {taken[end]} already; open another port of {word!r}"

@@ -79,7 +79,7 @@ def eliminated(
     {1: {}, 0: {7: Fraction(3, 2)}}
     """
     table, order, left = (
-        [(dict(row), dict(given)) for row, given in zip(rows, right, strict=True)],
+        [(dict(row), dict(right_side)) for row, right_side in zip(rows, right, strict=True)],
         [],
         set(range(len(rows))),
     )
@@ -106,13 +106,13 @@ def eliminated(
             factor = step(table[k][0].pop(pivot) / entry)
             for row, other in zip(table[k], table[own], strict=True):
                 subtract(row, factor, other)
-    found: dict[int, dict[int, Any]] = {}
+    columns: dict[int, dict[int, Any]] = {}
     for own, pivot, entry in reversed(order):
-        row, given = table[own]
+        row, right_side = table[own]
         for v, a in row.items():
-            subtract(given, a, found[v])
-        found[pivot] = {c: step(b / entry) for c, b in given.items()}
-    return found
+            subtract(right_side, a, columns[v])
+        columns[pivot] = {c: step(b / entry) for c, b in right_side.items()}
+    return columns
 
 
 def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
@@ -177,14 +177,14 @@ def _adjugate(matrix: Any) -> tuple[Any, Any]:
     size = matrix.rows
     if size == 1:
         return sympy.eye(1), matrix[0, 0]
-    given = DomainMatrix.from_Matrix(matrix)
-    unit = DomainMatrix.eye(size, given.domain)
-    *inner, last = given.charpoly()[1:]
+    domain_matrix = DomainMatrix.from_Matrix(matrix)
+    unit = DomainMatrix.eye(size, domain_matrix.domain)
+    *inner, last = domain_matrix.charpoly()[1:]
     product = unit
     for coefficient in inner:
-        product = given * product + coefficient * unit
+        product = domain_matrix * product + coefficient * unit
     sign = 1 if size % 2 else -1
-    return sign * product.to_Matrix(), -sign * given.domain.to_sympy(last)
+    return sign * product.to_Matrix(), -sign * domain_matrix.domain.to_sympy(last)
 
 
 _MOST_TIDIED, _MOST_CANCELLED = 200, 40  # operations of an expression for which shorter forms are searched for
@@ -216,10 +216,10 @@ def readable(expression: Any) -> Any:
 
 def total(terms: Iterable[Any]) -> Any:
     """The sum of terms, left to right, of whatever kind they are."""
-    found: Any = 0.0
+    sum_of_terms: Any = 0.0
     for term in terms:
-        found = found + term
-    return found
+        sum_of_terms = sum_of_terms + term
+    return sum_of_terms
 
 
 def _less(value: Any, products: Any) -> Any:
@@ -253,7 +253,7 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
     import sympy
 
     size = len(matrix)
-    rows: list[list[Any]] = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
+    rows: list[list[Any]] = [[*row, *right_side] for row, right_side in zip(matrix, right, strict=True)]
     taken: list[tuple[int, int]] = []
     left, open_ = list(range(size)), list(range(size))  # rows and columns without a pivot
     while True:  # the next pivot is a number, not zero, with the fewest entries beside it
@@ -275,12 +275,12 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
         determinant = square.det("berkowitz")
         if determinant.is_zero:
             raise GraphError(SINGULAR)
-        found = square.adjugate("berkowitz") * sympy.Matrix([rows[k][size:] for k in left]) / determinant
-        solution = {k: list(found.row(n)) for n, k in enumerate(open_)}
+        solution_part = square.adjugate("berkowitz") * sympy.Matrix([rows[k][size:] for k in left]) / determinant
+        solution = {k: list(solution_part.row(n)) for n, k in enumerate(open_)}
     for row, column in reversed(taken):
-        known = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
+        products = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
         solution[column] = [
-            (value - sum(factor * other[n] for factor, other in known)) / rows[row][column]
+            (value - sum(factor * other[n] for factor, other in products)) / rows[row][column]
             for n, value in enumerate(rows[row][size:])
         ]
     return [solution[k] for k in range(size)]
@@ -314,9 +314,9 @@ def settle(
     """
     starts = [[start * (1.0 + 0.1 * k) for k in range(size)] for start in _STARTS]
     for start in ([] if near is None else [list(near)]) + starts:
-        found = _iterated(equations, [np.full(shape, value) for value in start] if shape else start)
-        if found is not None:
-            settled = [np.where(np.abs(value) > 10.0 * _NOTHING, value, 0.0) for value in found]
+        solution = _iterated(equations, [np.full(shape, value) for value in start] if shape else start)
+        if solution is not None:
+            settled = [np.where(np.abs(value) > 10.0 * _NOTHING, value, 0.0) for value in solution]
             return settled if shape else [float(value) for value in settled]
     tried = ", ".join(f"{start:g}" for start in (*([] if near is None else near[:1]), *_STARTS))
     raise GraphError(f"no value solves the law of {where}: sought from {tried} on")
@@ -328,12 +328,12 @@ def solutions(equations: Equations, size: int) -> list[list[float]]:
     >>> len(solutions(lambda u: ([u[0] ** 3 - 3.0 * u[0] - 1.0], [[3.0 * u[0] ** 2 - 3.0]]), 1))
     3
     """
-    found: list[list[float]] = []
+    roots: list[list[float]] = []
     for start in SOUGHT:
         one = _iterated(equations, [start * (1.0 + 0.1 * k) for k in range(size)])
-        if one is not None and not any(np.allclose(one, other, rtol=_ROUNDING, atol=_SMALL) for other in found):
-            found.append([float(value) for value in one])
-    return found
+        if one is not None and not any(np.allclose(one, other, rtol=_ROUNDING, atol=_SMALL) for other in roots):
+            roots.append([float(value) for value in one])
+    return roots
 
 
 SOUGHT = tuple(sign * size for size in (1e-3, 1.0, 1e3) for sign in (1.0, -1.0))

@@ -101,7 +101,7 @@ class Auditor:
 
     def wrong_power(self) -> dict[str, Array]:
         """The power of each element that its law does not explain; of junctions and two-ports, the power not passed on."""
-        found = {}
+        differences = {}
         for element in self.graph.elements.values():
             bonds, e, f = self.graph.at(element.name), self.efforts, self.flows
             if element.kind in JUNCTIONS:
@@ -109,17 +109,17 @@ class Auditor:
                 shared = common[bonds[0].number]
                 net = sum((b.sign(element.name) * summed[b.number] for b in bonds), start=np.zeros(self.shape)) * shared
                 apart = [(common[b.number] - shared) * summed[b.number] for b in bonds]
-                found[element.name] = np.max(np.abs([net, *apart]), axis=0)
+                differences[element.name] = np.max(np.abs([net, *apart]), axis=0)
             elif element.kind in ("TF", "GY"):
                 (i, o), ratio = (b.number for b in self.graph.ends(element.name)), self.law(element.name)
                 if element.kind == "TF":
                     amiss = [(f[o] - ratio * f[i]) * e[o], (e[i] - ratio * e[o]) * f[i]]
                 else:
                     amiss = [(e[o] - ratio * f[i]) * f[o], (e[i] - ratio * f[o]) * f[i]]
-                found[element.name] = np.max(np.abs(amiss), axis=0)
+                differences[element.name] = np.max(np.abs(amiss), axis=0)
             else:
-                found[element.name] = self._of_one_port(element)
-        return found
+                differences[element.name] = self._of_one_port(element)
+        return differences
 
     def _of_one_port(self, element: Element) -> Array:
         bond = self.graph.bond_of(element.name)

@@ -82,10 +82,10 @@ class Formulation(JunctionStructure):
         refuse(
             f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
         )
-        self.given = graph
+        self.source = graph
         self.massless: tuple[str, ...] = ()
-        rewritten, found, self.ties = without_shared_followers(graph, strokes or causality(graph))
-        self._written(rewritten, found)
+        rewritten, assignment, self.ties = without_shared_followers(graph, strokes or causality(graph))
+        self._written(rewritten, assignment)
         for junction in self.divided() if strokes is None else ():
             self._move_state(junction)
         self.displacements = tuple(displacements(graph))
@@ -101,8 +101,8 @@ class Formulation(JunctionStructure):
     def of(self, graph: BondGraph) -> Formulation:
         """The same formulation of a graph with the same structure."""
         form = object.__new__(Formulation)
-        form.given, form.massless, form.displacements, form.ties = graph, self.massless, self.displacements, self.ties
-        own = {name: e for name, e in self.graph.elements.items() if e is not self.given.elements.get(name)}
+        form.source, form.massless, form.displacements, form.ties = graph, self.massless, self.displacements, self.ties
+        own = {name: e for name, e in self.graph.elements.items() if e is not self.source.elements.get(name)}
         elements = {**graph.elements, **own}
         form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
         return form
@@ -143,13 +143,13 @@ class Formulation(JunctionStructure):
             for answer, cause in ((self.effort[out], self.flow[into]), (self.effort[into], self.flow[out])):
                 waiting.append(Relation(gyrator.name, ((answer, 1.0, 1.0), (cause, ratio, -1.0))))
         waiting = [r._replace(terms=tuple(term for term in r.terms if term[1] != 0.0)) for r in waiting]
-        known = set(self.column)
+        determined = set(self.column)
         every = {*self.flow.values(), *self.effort.values()}
         self.steps: list[Step] = []
         self.origins: list[tuple[Relation, ...]] = []
-        self._extend(waiting, known)
-        for block in _blocks(graph, waiting, every - known):
-            if block.unknown[0] in known:
+        self._extend(waiting, determined)
+        for block in _blocks(graph, waiting, every - determined):
+            if block.unknown[0] in determined:
                 continue
             _check_rank(graph, block)
             if not sources(block) and any(isinstance(ratio, Function | Modulus) for ratio in ratios(block)):
@@ -158,17 +158,17 @@ class Formulation(JunctionStructure):
                 raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
             self.steps.append(block)
             self.origins.append(block.relations)
-            known.update(block.unknown)
+            determined.update(block.unknown)
             waiting = [r for r in waiting if r not in block.relations]
-            self._extend(waiting, known)
+            self._extend(waiting, determined)
         self.support: dict[int, tuple[int, ...]] = {variable: (k,) for variable, k in self.column.items()}
         for step in self.steps:
             on = {k for v in sources(step) for k in self.support[v]}
             self.support |= dict.fromkeys(targets(step), tuple(sorted(on)))
 
-    def _extend(self, waiting: list[Relation], known: set[int]) -> None:
+    def _extend(self, waiting: list[Relation], determined: set[int]) -> None:
         before = list(waiting)
-        steps = plan(waiting, known)
+        steps = plan(waiting, determined)
         left = [r for r in before if r not in waiting]
         for step in steps:
             (target,), from_ = targets(step), set(sources(step))
@@ -190,7 +190,7 @@ class Formulation(JunctionStructure):
 
     def divided(self) -> list[str]:
         """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
-        found = []
+        groups = []
         for step in self.steps:
             if not isinstance(step, Solve) or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
                 continue
@@ -201,8 +201,8 @@ class Formulation(JunctionStructure):
             bond = self.graph.ends(relation.name)[0]
             junction = bond.tail
             if self.graph.elements[junction].kind == "1" and self.flow[bond.number] == target:
-                found.append(junction)
-        return list(dict.fromkeys(found))
+                groups.append(junction)
+        return list(dict.fromkeys(groups))
 
     def _move_state(self, junction: str) -> None:
         """Make the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
@@ -212,15 +212,15 @@ class Formulation(JunctionStructure):
         number = max(b.number for b in self.graph.bonds) + 1
         elements = {**self.graph.elements, name: I(name, 0.0)}
         more = replace(self.graph, elements=elements, bonds=(*self.graph.bonds, Bond(number, junction, name)))
-        wanted = dict.fromkeys((*self.massless, name), "integral")
-        found = causality(more, wanted)
-        moved = set(self.strokes.integral) - set(found.integral)
-        if found.conflicts or name not in found.integral or len(found.integral) != len(self.strokes.integral):
+        preferences = dict.fromkeys((*self.massless, name), "integral")
+        assignment = causality(more, preferences)
+        moved = set(self.strokes.integral) - set(assignment.integral)
+        if assignment.conflicts or name not in assignment.integral or len(assignment.integral) != len(self.strokes.integral):
             return
         if any(more.elements[n].kind != "I" for n in moved):
             return
         self.massless = (*self.massless, name)
-        self._written(more, found)
+        self._written(more, assignment)
 
 
 def _check_rank(graph: BondGraph, block: Solve) -> None:
@@ -230,8 +230,8 @@ def _check_rank(graph: BondGraph, block: Solve) -> None:
     for row, relation in enumerate(block.relations):
         for variable, ratio, sign in relation.terms:
             if variable in block.unknown:
-                given = isinstance(ratio, float | int)
-                value = float(ratio) if given else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
+                constant = isinstance(ratio, float | int)
+                value = float(ratio) if constant else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
                 matrix[row, block.unknown.index(variable)] += sign * value
     matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
     sizes = np.linalg.svd(matrix, compute_uv=False)
@@ -305,8 +305,8 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
             law = function(sum(slope * sympy.Symbol(names[m]) for m, slope in terms.items()))
         elements[n] = elements[n]._replace(law=law)
     rewritten = replace(graph, elements=elements, bonds=tuple(bonds))
-    wanted = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
-    return rewritten, causality(rewritten, wanted), ties
+    preferences = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
+    return rewritten, causality(rewritten, preferences), ties
 
 
 def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any]:
@@ -316,21 +316,21 @@ def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any
     kinds = {graph.elements[n].kind for n in names}
     letter = "p" if kinds == {"I"} else "q"
     symbols = {n: sympy.Symbol(f"{letter}_{n}", real=True) for n in names}
-    found: dict[tuple[str, str], Any] = {}
+    slopes: dict[tuple[str, str], Any] = {}
     for n in names:
         law = graph.elements[n].law
         assert isinstance(law, Function)
         value = law.symbolic({graph.own(n) or "": symbols[n], **{f"{letter}_{m}": s for m, s in symbols.items() if m != n}})
-        found |= {(n, m): value.diff(s) for m, s in symbols.items()}
-    curved = [s for slope in found.values() for s in slope.free_symbols if s in symbols.values()]
+        slopes |= {(n, m): value.diff(s) for m, s in symbols.items()}
+    curved = [s for slope in slopes.values() for s in slope.free_symbols if s in symbols.values()]
     outward = [n for n in names if graph.bond_of(n).head != n]
-    if len(kinds) > 1 or curved or outward or any(found[n, m] != found[m, n] for n, m in found):
+    if len(kinds) > 1 or curved or outward or any(slopes[n, m] != slopes[m, n] for n, m in slopes):
         where = ", ".join(graph.where(n) for n in names)
         raise GraphError(
             f"{where} share one energy, and one of them follows other stores or sources, which only a field of a symmetric "
             "matrix may: put an R, or a store of the other kind, between"
         )
-    return found
+    return slopes
 
 
 def _law_of(expression: Any) -> Any:
@@ -373,7 +373,7 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
     graph = form.graph
     elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
     moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
-    found = Tables(
+    made = Tables(
         form=form,
         signals=signals,
         moduli=tuple((ratio, elements[key]) for key, ratio in moduli.items()),
@@ -386,8 +386,8 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         varying=upstream(form, {p.input for p in form.followers}),
         anchored=graph.motions,
     )
-    _check_rates(found)
-    return found
+    _check_rates(made)
+    return made
 
 
 def _bends(form: Formulation, group: Group) -> bool:
@@ -418,11 +418,11 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
     unit = {variable: {variable: Fraction(1)} for variable in form.support}
 
     def combined(terms: Iterable[tuple[int, Fraction]], of: Mapping[int, Mapping[int, Fraction]]) -> dict[int, Fraction]:
-        found: dict[int, Fraction] = {}
+        gains: dict[int, Fraction] = {}
         for v, factor in terms:
             for k, share in of[v].items():
-                found[k] = found.get(k, Fraction()) + factor * share
-        return {k: share for k, share in found.items() if share}
+                gains[k] = gains.get(k, Fraction()) + factor * share
+        return {k: share for k, share in gains.items() if share}
 
     for step, relations in zip(form.steps, form.origins, strict=True):
         terms, made = [term for r in relations for term in r.terms], targets(step)
@@ -434,8 +434,8 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
 
     def put(outputs: Mapping[int, Mapping[int, Fraction]]) -> None:
         for v in [v for v, shares in gain.items() if outputs.keys() & shares.keys()]:
-            known = {**outputs, **{k: {k: Fraction(1)} for k in gain[v] if k not in outputs}}
-            gain[v] = combined(gain[v].items(), known)
+            with_inputs = {**outputs, **{k: {k: Fraction(1)} for k in gain[v] if k not in outputs}}
+            gain[v] = combined(gain[v].items(), with_inputs)
             closed.add(v)
 
     for lines, ports in zip(loops, members, strict=True):
@@ -616,11 +616,11 @@ class Dynamics:
         """
         return Walk(self.tables, t, state, anchors or {}).instant()
 
-    def stored(self, port: Port, given: float) -> float:
+    def stored(self, port: Port, value: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         if port.element.name in self.form.massless:
-            return given
-        return float(Walk(self.tables, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, given))
+            return value
+        return float(Walk(self.tables, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, value))
 
     def branches(self, state: Sequence[float]) -> Iterator[str]:
         """Yields a line for each loop of resistors whose laws have several solutions at a state, and the one kept."""
@@ -628,10 +628,10 @@ class Dynamics:
         for group in self.tables.iterated:
             ports = [self.form.acting[k] for k in group.members]
             kept = [walk.outputs[self.form.column[p.output]] for p in ports]
-            found = solutions(lambda given, ports=ports: walk._residual(ports, given), len(ports))  # type: ignore[misc]
+            roots = solutions(lambda values, ports=ports: walk._residual(ports, values), len(ports))  # type: ignore[misc]
             walk._residual(ports, kept)
-            if len(found) > 1:
-                what, first = ("flow", "effort")[ports[0].gives == "e"], sorted(one[0] for one in found)
+            if len(roots) > 1:
+                what, first = ("flow", "effort")[ports[0].gives == "e"], sorted(one[0] for one in roots)
                 yield (
                     f"{loop_name(self.graph, ports)}: the {what} of {self.graph.title(ports[0].element.name)} has several "
                     f"solutions, {', '.join(f'{x:.6g}' for x in first)}, sought from "
@@ -659,18 +659,18 @@ class Dynamics:
         last: list[list[Any] | None] = [None] * len(groups)
 
         def iterated(t: Any, *values: Any) -> tuple[Any, ...]:
-            known: tuple[Any, ...] = ()
+            outputs: tuple[Any, ...] = ()
             for k, group in enumerate(groups):
-                size, balance, before = len(group.members), balances[k], known
+                size, balance, before = len(group.members), balances[k], outputs
 
-                def equations(given: list[Any]) -> Balance:
-                    found = balance(t, *values, *before, *given)  # noqa: B023 - called at once
-                    return list(found[:size]), [list(found[size * j : size * (j + 1)]) for j in range(1, size + 1)]  # noqa: B023
+                def equations(trial: list[Any]) -> Balance:
+                    rest = balance(t, *values, *before, *trial)  # noqa: B023 - called at once
+                    return list(rest[:size]), [list(rest[size * j : size * (j + 1)]) for j in range(1, size + 1)]  # noqa: B023
 
                 ports = [self.form.acting[k] for k in group.members]
-                found = settle(equations, size, (), loop_name(self.graph, ports), last[k])
-                last[k], known = found, (*known, *found)
-            return rates(t, *values, *known)
+                settled = settle(equations, size, (), loop_name(self.graph, ports), last[k])
+                last[k], outputs = settled, (*outputs, *settled)
+            return rates(t, *values, *outputs)
 
         return iterated
 
@@ -700,11 +700,11 @@ class Dynamics:
         sizes = [len(g.members) for g in self.tables.iterated[:groups]]
         t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + sum(sizes)))
         anchors = dict(zip(self.anchored, values[count:], strict=False))
-        given, first = [], count + len(self.anchored)
+        inputs, first = [], count + len(self.anchored)
         for size in sizes:
-            given.append(values[first : first + size])
+            inputs.append(values[first : first + size])
             first += size
-        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, given, stop))).function("math")
+        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, inputs, stop))).function("math")
 
 
 def _flat(walk: Walk) -> list[Any]:
@@ -720,14 +720,14 @@ def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, 
     faults += [
         f"signal {name!r} has no function of t: signals={{{name!r}: ...}}" for name in graph.signals if name not in signals
     ]
-    found = {}
-    for name, given in signals.items():
-        if not (callable(given) or is_symbolic(given) or isinstance(given, Real)):
-            faults.append(f"signal {name!r}: found {given!r}, expected a number, a function of t or a SymPy expression")
+    checked = {}
+    for name, signal in signals.items():
+        if not (callable(signal) or is_symbolic(signal) or isinstance(signal, Real)):
+            faults.append(f"signal {name!r}: found {signal!r}, expected a number, a function of t or a SymPy expression")
             continue
-        varies = not isinstance(given, Real) and (callable(given) or bool(given.free_symbols))
-        found[name] = function(given if varies else lambda t, value=float(given): value + 0.0 * t)
-        if len(found[name].of) > 1:
-            faults.append(f"signal {name!r}: found a function of {', '.join(found[name].of)}, expected one of t")
+        varies = not isinstance(signal, Real) and (callable(signal) or bool(signal.free_symbols))
+        checked[name] = function(signal if varies else lambda t, value=float(signal): value + 0.0 * t)
+        if len(checked[name].of) > 1:
+            faults.append(f"signal {name!r}: found a function of {', '.join(checked[name].of)}, expected one of t")
     refuse(faults)
-    return found
+    return checked

@@ -190,20 +190,20 @@ def _by_arrays(method: Method, count: int) -> Callable[..., Any]:
     def step(
         rates: Rates, t: float, h: float, y: State, s0: State, relative: float, absolute: Sequence[float]
     ) -> tuple[float, State, tuple[State, ...]]:
-        first, slopes, told = np.array(y), np.empty((last + 1, count)), [s0]
+        first, slopes, ends = np.array(y), np.empty((last + 1, count)), [s0]
         slopes[0] = s0
         for j, row in enumerate(stages, 1):
-            told.append(tuple(rates(t + times[j - 1] * h, tuple((first + h * (row @ slopes[:j])).tolist()))))
-            slopes[j] = told[j]
+            ends.append(tuple(rates(t + times[j - 1] * h, tuple((first + h * (row @ slopes[:j])).tolist()))))
+            slopes[j] = ends[j]
         end = first + h * (weights @ slopes[:last])
         after = tuple(end.tolist())
-        told.append(tuple(rates(t + h, after)))
-        slopes[last] = told[last]
+        ends.append(tuple(rates(t + h, after)))
+        slopes[last] = ends[last]
         allowed = np.array(absolute) + relative * np.maximum(np.abs(first), np.abs(end))
         squares = [float(np.sum(((row @ slopes[: len(row)]) / allowed) ** 2)) for row in errors]
         total = squares[0] + (0.01 * squares[1] if len(squares) == 2 else 0.0)
         error = squares[0] / math.sqrt(total) if len(squares) == 2 and total else math.sqrt(squares[0])
-        return h * error / size, after, tuple(told)
+        return h * error / size, after, tuple(ends)
 
     return step
 
@@ -254,10 +254,10 @@ class Step:
 
         def value(time: float) -> float:
             share = (time - t) / h
-            rest, found = 1.0 - share, 0.0
+            rest, value = 1.0 - share, 0.0
             for j, term in ends:
-                found = (found + term) * (rest if j % 2 else share)
-            return found + state
+                value = (value + term) * (rest if j % 2 else share)
+            return value + state
 
         return value
 
@@ -299,10 +299,10 @@ def _series(steps: Sequence[Step]) -> Array:
 
 def _evaluated(state: Array, series: Array, share: Array) -> Array:
     """States of shape (k, ...), by their series (terms, k, ...) over shares of their steps."""
-    sides, found = (share, 1.0 - share), np.zeros(np.broadcast_shapes(state.shape, share.shape))
+    sides, values = (share, 1.0 - share), np.zeros(np.broadcast_shapes(state.shape, share.shape))
     for j in range(series.shape[0] - 1, -1, -1):
-        found = (found + series[j]) * sides[j % 2]
-    return np.asarray(found + state)
+        values = (values + series[j]) * sides[j % 2]
+    return np.asarray(values + state)
 
 
 def at(steps: Sequence[Step], owners: NDArray[np.intp], times: Array) -> Array:
@@ -429,9 +429,9 @@ def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
     moved = np.repeat(states[:, None, :], count + 1, axis=1)
     for k in range(count):
         moved[k, k + 1] += _TRIED * along.sizes[k]
-    found = along.rates(np.tile(t, count + 1), moved.reshape(count, -1)).reshape(count, count + 1, many)
+    rates = along.rates(np.tile(t, count + 1), moved.reshape(count, -1)).reshape(count, count + 1, many)
     steps = np.array([moved[k, k + 1] - states[k] for k in range(count)])
-    return found[:, 0], (found[:, 1:] - found[:, :1]) / steps
+    return rates[:, 0], (rates[:, 1:] - rates[:, :1]) / steps
 
 
 def decay(along: RateField, t: float, state: Array) -> float:
@@ -476,10 +476,10 @@ class Implicit:
         for _ in range(_MOST_TRIES):
             if not h > 4 * _SPACING * abs(self.t):
                 return None
-            found = self._solved(h, speed)
-            change = 0.25 if found is None else self._change(*found)
-            if found is not None and change >= 1.0:
-                gained = found[0]
+            result = self._solved(h, speed)
+            change = 0.25 if result is None else self._change(*result)
+            if result is not None and change >= 1.0:
+                gained = result[0]
                 dense = _Polynomial(self.t, h, self.state, ((gained / _POINTS) @ _QUOTIENT.T).T)
                 self.h, self.t, self.state = h * min(change, _GROWTH), self.t + h, self.state + gained[:, -1]
                 return dense

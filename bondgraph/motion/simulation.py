@@ -158,16 +158,16 @@ class Run:
     def displacement(self, name: str, t: Any = None) -> Array:
         """A declared displacement, or a spring's own, which a spring has too that follows others."""
         states = self.states(t)
-        found = states.get(name, states.get(f"q_{name}"))
-        if found is None and self.trip is None:
+        displacement = states.get(name, states.get(f"q_{name}"))
+        if displacement is None and self.trip is None:
             times = self._times(t)
             _, state, anchors = self._looked_at(times, self._owners(times))
             following = Walk(self.dynamics.tables, times, list(state), anchors).following()
             key = next((key for key in following if key[0] == "q" and name in (key, key[2:])), None)
-            found = self._shaped(following[key], times) if key else None
-        if found is None:
+            displacement = self._shaped(following[key], times) if key else None
+        if displacement is None:
             raise GraphError(f"no displacement {name!r}: the states are {', '.join(states)}")
-        return found
+        return displacement
 
     def effort(self, bond: int, t: Any = None) -> Array:
         """The effort of a bond by its number."""
@@ -204,7 +204,7 @@ class Run:
 
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
         if self.trip is not None:
-            return self.trip.told(times, owners)[0]
+            return self.trip.states_flows_efforts(times, owners)[0]
         steps = [stretch.dense for stretch in self.stretches]
         if self._plain:
             return runge_kutta.at(steps, owners, times)
@@ -212,8 +212,8 @@ class Run:
         first = {id(dense): k for k, dense in reversed(list(enumerate(steps)))}  # several steps may share their dense output
         owners = np.array([first[id(dense)] for dense in steps])[owners]
         order = np.argsort(owners, kind="stable")
-        found, firsts = np.unique(owners[order], return_index=True)
-        for owner, mine in zip(found, np.split(order, firsts[1:]), strict=True):
+        groups, firsts = np.unique(owners[order], return_index=True)
+        for owner, mine in zip(groups, np.split(order, firsts[1:]), strict=True):
             dense = self.stretches[owner].dense
             assert dense is not None  # only runs that are compared, and thrown away, go without
             values[:, mine] = dense(times[mine])
@@ -222,7 +222,7 @@ class Run:
     def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
         """The graph at times, its states there, and the middles of their smooth pieces."""
         if self.trip is not None:
-            states, flows, efforts = self.trip.told(times, owners)
+            states, flows, efforts = self.trip.states_flows_efforts(times, owners)
             return Instant(flows, efforts, [], {}), states, {}
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
@@ -299,8 +299,8 @@ def simulate(
         else:
             _check_count(method, step, until, int(evaluations))
             trip, error = switched.stepped(begin, until, method, (step, _FIXED_RATIO * step))
-        first, asked = switched.dynamics(trip.modes[0]), rtol if step is None else None
-        run = Run(first, trip.stretches, ({},), error, asked, switched.evaluations, method, (), trip)
+        first, goal = switched.dynamics(trip.modes[0]), rtol if step is None else None
+        run = Run(first, trip.stretches, ({},), error, goal, switched.evaluations, method, (), trip)
         run = replace(run, error=max(error, _rounding(run)))
     else:
         dynamics = Dynamics(graph, signals)
@@ -354,19 +354,19 @@ class _Stepper:
     def adaptive(self, rtol: float) -> Run:
         """The motion within rtol, through dead centres by the method that can."""
         first = _FIRST_LOOSE if self.method == "RK45" else _FIRST
-        given, tolerance = self.method, max(first * rtol, 10.0 * _TIGHTEST)
+        method, tolerance = self.method, max(first * rtol, 10.0 * _TIGHTEST)
         if self._rounded_away():
             self._check_dead_centres()
         try:
             return self._stiffly(rtol, tolerance)
-        except _DeadCentreError as found:
+        except _DeadCentreError as error:
             if self.method == _THROUGH_DEAD_CENTRES:
                 raise
-            dead = found
+            dead = error
         self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
-        if given != self.method:
+        if method != self.method:
             self.messages = (
-                f"the effective inertia almost vanishes at {dead.place}, where {given} makes no progress: the "
+                f"the effective inertia almost vanishes at {dead.place}, where {method} makes no progress: the "
                 f"motion was computed by {self.method}",
             )
         try:
@@ -383,8 +383,8 @@ class _Stepper:
         self.stiffness_checked = self.method in _STABLE
         try:
             return self._tightened(rtol, tolerance)
-        except _StiffnessError as found:
-            given, slow = self.method, found
+        except _StiffnessError as error:
+            method, slow = self.method, error
         before, budget, loose = self.evaluations, self.budget, max(_PILOT, rtol)
         self.method, self.stiffness_checked, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
         try:
@@ -398,11 +398,11 @@ class _Stepper:
             self.budget = budget
         if cheaper:
             self.messages += (
-                f"a mode that decays within {1.0 / slow.rate:.3g} s holds the steps of {given} at {slow.step:.3g} s, for "
+                f"a mode that decays within {1.0 / slow.rate:.3g} s holds the steps of {method} at {slow.step:.3g} s, for "
                 f"stability alone: the motion was found by {_STIFF}",
             )
         else:
-            self.method = given
+            self.method = method
         return self._tightened(rtol, tolerance)
 
     def _tightened(self, rtol: float, tolerance: float) -> Run:
@@ -440,7 +440,7 @@ class _Stepper:
         """
         if not self.dynamics.tables.moduli:
             return
-        given, start, budget = self.method, self.start, self.budget
+        method, start, budget = self.method, self.start, self.budget
         self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
         self.budget = min(budget, self.evaluations + _PILOT_EVALUATIONS)
         try:
@@ -453,7 +453,7 @@ class _Stepper:
         except GraphError:  # the run that was asked for will tell
             pass
         finally:
-            self.method, self.start, self.budget, self.undefined = given, start, budget, None
+            self.method, self.start, self.budget, self.undefined = method, start, budget, None
 
     def _beside(self, state: Array, distances: Array) -> list[Array]:
         """A state moved by its displacements' distances, to either side."""
@@ -468,8 +468,8 @@ class _Stepper:
     def _longest(self) -> float:
         """A step's longest time: loads that vary are sampled often, so that no step misses one."""
         graph = self.dynamics.graph
-        given = {TIME, *graph.displacements, *graph.signals, *graph.motions}
-        varying = any(given.intersection(graph.depends_on(e.name)) for e in graph.of_kind("Se", "Sf", "R"))
+        names = {TIME, *graph.displacements, *graph.signals, *graph.motions}
+        varying = any(names.intersection(graph.depends_on(e.name)) for e in graph.of_kind("Se", "Sf", "R"))
         return self.until / _LEAST_STEPS if varying and not self.breaks and not self.times else np.inf
 
     def _run(
@@ -601,20 +601,20 @@ class _Stepper:
 
         tallied = counting()
 
-        def found(t: float, values: Any) -> tuple[float, ...]:
+        def rates_of(t: float, values: Any) -> tuple[float, ...]:
             self.evaluations += 1
             if tallied:
                 count(1)
             t = t if t < last else last
             try:
-                found = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)
+                slopes = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)
             except (ValueError, ArithmeticError, TypeError):
-                found = (math.nan,) * size
-            if not finite(sum(found)) and finite(sum(values)):
+                slopes = (math.nan,) * size
+            if not finite(sum(slopes)) and finite(sum(values)):
                 self.undefined = t, [*values], anchors
-            return found
+            return slopes
 
-        return found
+        return rates_of
 
     def _undefined_reason(self) -> str:
         """The reason why the last evaluation gave no rates."""
@@ -637,10 +637,10 @@ class _Stepper:
             return None
         greatest = np.nanmax(np.diagonal(matrices, axis1=1, axis2=2), axis=0)
         scale = np.sqrt(np.where(greatest > 0.0, greatest, 1.0))
-        known = np.isfinite(matrices).all(axis=(1, 2))
-        if not known[-1] or known.sum() < 2:
+        finite = np.isfinite(matrices).all(axis=(1, 2))
+        if not finite[-1] or finite.sum() < 2:
             return None
-        least, modes = np.linalg.eigh(matrices[known] / np.outer(scale, scale))
+        least, modes = np.linalg.eigh(matrices[finite] / np.outer(scale, scale))
         if not least[-1, 0] < _NO_INERTIA * least[:-1, 0].max():
             return None
         form = self.dynamics.form
@@ -671,9 +671,9 @@ class _DeadCentreError(GraphError):
     """A place where the inertia that a flow meets vanishes; t, s, is None at the start."""
 
     def __init__(self, flow: str, place: str, t: float | None) -> None:
-        found = "there are no rates at the start" if t is None else f"the motion cannot be followed past t = {t:.6g} s"
+        defect = "there are no rates at the start" if t is None else f"the motion cannot be followed past t = {t:.6g} s"
         super().__init__(
-            f"{found}: the effective inertia vanishes at {place}, where the flow of {flow} has no inertia (a "
+            f"{defect}: the effective inertia vanishes at {place}, where the flow of {flow} has no inertia (a "
             f"dead centre without inertia before it): give {flow} an inertia (I), or more resistance (R) to carry it through"
         )
         self.place = place
@@ -739,11 +739,11 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
     faults, flows, following = [], dict[str, float](), dict[int, tuple[str, float]]()
     for name, value in initial.items():
         junction = name.removeprefix("f_")
-        found = next((n for n in (name, f"q_{name}") if n in names), None)
+        state = next((n for n in (name, f"q_{name}") if n in names), None)
         if not isinstance(value, Real) or not np.isfinite(value):
             faults.append(f"initial {name!r}: found {value!r}, expected a finite number")
-        elif found is not None:
-            start[names.index(found)] = value
+        elif state is not None:
+            start[names.index(state)] = value
         elif (place := _follower(dynamics, name)) is not None:
             following[place] = name, value
         elif getattr(dynamics.graph.elements.get(junction), "kind", "") == "1" and form.flow_state(junction) is not None:
@@ -799,11 +799,11 @@ def _no_state(dynamics: Dynamics, name: str) -> str:
     return f"initial {name!r}: no such state{advice}; the independent ones are {', '.join(names)}"
 
 
-def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple[list[Breaks], list[float]]:
+def _breaks(dynamics: Dynamics, breakpoints: Mapping[str, Any], until: float) -> tuple[list[Breaks], list[float]]:
     """Ascending places of breaks of states, within a period if there is one, and the times of breaks."""
     breaks: list[Breaks] = []
     times: list[float] = []
-    for name, values in given.items():
+    for name, values in breakpoints.items():
         period = None
         try:
             if len(values) == 2 and np.ndim(values[0]) == 1:
@@ -858,8 +858,8 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
             power = filled(instant.efforts.get(port.bond, 0.0) * instant.flows.get(port.bond, 0.0), times.shape)
             place = next((k for k, p in enumerate(form.stores) if p == port), None)
             if place is not None and port.element.name not in form.massless:
-                given = filled(walk.outputs[place], times.shape)
-                stored = stored + 0.5 * np.abs(given * states[place])
+                outputs = filled(walk.outputs[place], times.shape)
+                stored = stored + 0.5 * np.abs(outputs * states[place])
             elif port in form.followers and form.graph.is_linear(port.element.name):
                 constant = form.graph.constant(port.element.name)
                 stored = stored + 0.5 * constant * filled(walk.value(port.input), times.shape) ** 2

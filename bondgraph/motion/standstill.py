@@ -99,13 +99,13 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
         if rough and high - low > 1e-12 * (end - start):
             width = 0.5 * (high - low)
             continue
-        found = [_first(accelerations, margins, side, times, values[side], series[side]) for side in (0, 1)]
-        sides = [side for side in (0, 1) if found[side] is not None]
+        releases = [_first(accelerations, margins, side, times, values[side], series[side]) for side in (0, 1)]
+        sides = [side for side in (0, 1) if releases[side] is not None]
         if sides:
-            if len(sides) == 2 and found[0] == found[1]:
-                direction(*accelerations(np.array([found[0]]))[:, 0].tolist())
-            side = min(sides, key=lambda k: found[k] or 0.0)
-            return Release(float(found[side] or 0.0), 1.0 - 2.0 * side)
+            if len(sides) == 2 and releases[0] == releases[1]:
+                direction(*accelerations(np.array([releases[0]]))[:, 0].tolist())
+            side = min(sides, key=lambda k: releases[k] or 0.0)
+            return Release(float(releases[side] or 0.0), 1.0 - 2.0 * side)
         if high >= end:
             return Release(end, 0.0)
         low, width = high, 2.0 * width
@@ -119,10 +119,10 @@ def _first(
     if values[0] > 0.0:
         return float(times[0])
     start, width, sense = times[0], times[-1] - times[0], 1.0 - 2.0 * side
-    found = first_change(lambda shares: -margins(start + width * shares)[side], _SHARES, -values, -series)
-    if found is None:
+    share = first_change(lambda shares: -margins(start + width * shares)[side], _SHARES, -values, -series)
+    if share is None:
         return None
-    low, high = (float(start + width * share) for share in found[:2])
+    low, high = (float(start + width * share) for share in share[:2])
     begins = sense * float(accelerations(np.array([low]))[side, 0]) >= 0.0  # with what counts as none
     of = margins if begins else lambda t: sense * accelerations(t)
     return root(lambda t: float(of(np.array([t]))[side, 0]), low, high)

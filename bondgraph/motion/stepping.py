@@ -147,8 +147,8 @@ def adaptive(
     from scipy import integrate
 
     relative, absolute = tolerance[0], tolerance[1]
-    given: Any = {"max_step": longest, "rtol": max(relative, TIGHTEST), "atol": absolute}
-    solver: Any = getattr(integrate, method)(field, t, state, until, **given)
+    options: Any = {"max_step": longest, "rtol": max(relative, TIGHTEST), "atol": absolute}
+    solver: Any = getattr(integrate, method)(field, t, state, until, **options)
     stalled = 0
     while solver.status == "running":
         reached = float(solver.t)
@@ -460,13 +460,13 @@ def through(
         if over or step.crossed is not None:
             return
         taken += 1
-        if along is not None and taken % _MANY == 0 and _held_up(along, solver, solver.t - t, taken, ends):
+        if along is not None and taken % _MANY == 0 and _prefers_implicit(along, solver, solver.t - t, taken, ends):
             rest = along._replace(stiff=0.0, plain=False)
             yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest, length)
             return
 
 
-def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
+def _prefers_implicit(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
     """Tests whether implicit steps are cheaper for the rest of a stretch, after `taken` explicit ones.
 
     Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
@@ -569,9 +569,13 @@ def crossing(events: Events, step: Step) -> Step:
 
     def inside(shares: Array) -> Array:
         times = step.start + width * shares
-        found = events.sides[:, None] * events.values(times, step.dense(times))
-        found = found if events.residuals is None else found + events.residuals[:, None]
-        return found if events.rounding is None else np.where(np.abs(found) > events.rounding[:, None], found, 0.0)
+        values_there = events.sides[:, None] * events.values(times, step.dense(times))
+        values_there = values_there if events.residuals is None else values_there + events.residuals[:, None]
+        return (
+            values_there
+            if events.rounding is None
+            else np.where(np.abs(values_there) > events.rounding[:, None], values_there, 0.0)
+        )
 
     nodes, to_series = _EXPLICIT_SERIES if isinstance(step.dense, runge_kutta.Step) else _IMPLICIT_SERIES
     values = inside(nodes)
@@ -581,10 +585,10 @@ def crossing(events: Events, step: Step) -> Step:
         def one(shares: Array, k: int = k) -> Array:
             return np.asarray(inside(shares)[k])
 
-        found = first_change(one, nodes, values[k], series, JUST_STARTED)
-        if found is None or (first is not None and found[0] >= first[0]):
+        change = first_change(one, nodes, values[k], series, JUST_STARTED)
+        if change is None or (first is not None and change[0] >= first[0]):
             continue
-        low, high, roots = found
+        low, high, roots = change
         near = roots[(roots > low) & (roots < high)]
         if near.size:  # close about a root of its polynomial, where that is one of its own
             tried = np.clip(near[0] + np.array([-_NEAR_ROOT, _NEAR_ROOT]), low, high)

@@ -70,8 +70,8 @@ def mode(graph: BondGraph, **states: Any) -> BondGraph:
     """
     graph = as_graph(graph)
     dry = dry_resistors(graph)
-    known = ", ".join((*graph.switched, *dry)) or "none"
-    refuse(f"mode {n!r}: nothing that is switched; found {known}" for n in states if n not in (*graph.switched, *dry))
+    names = ", ".join((*graph.switched, *dry)) or "none"
+    refuse(f"mode {n!r}: nothing that is switched; found {names}" for n in states if n not in (*graph.switched, *dry))
     elements, bonds = dict(graph.elements), list(graph.bonds)
 
     def hang(junction: str, name: str, kind: str) -> None:
@@ -106,7 +106,7 @@ def dry_resistors(graph: BondGraph) -> tuple[str, ...]:
     >>> dry_resistors(b.build())
     ('rub',)
     """
-    found = []
+    resistors = []
     for element in graph.of_kind("R"):
         law = element.law
         if graph.own(element.name) != OWN_FLOW or not isinstance(law, Function):
@@ -122,9 +122,9 @@ def dry_resistors(graph: BondGraph) -> tuple[str, ...]:
                 continue
             least = _JUMP * max(abs(one), abs(high))
             if high - low > least and max(abs(high - over), abs(low - under)) < _SMALL * abs(high - low) / _JUMP:
-                found.append(element.name)
+                resistors.append(element.name)
                 break
-    return tuple(found)
+    return tuple(resistors)
 
 
 def _sliding(graph: BondGraph, name: str, way: int) -> Function:
@@ -154,7 +154,9 @@ class Trip:
         """The names of the states of all modes."""
         return tuple(self.switched.names)
 
-    def told(self, times: Array, owners: NDArray[np.int_]) -> tuple[Array, dict[int, Array], dict[int, Array]]:
+    def states_flows_efforts(
+        self, times: Array, owners: NDArray[np.int_]
+    ) -> tuple[Array, dict[int, Array], dict[int, Array]]:
         """States (by `names`), flows and efforts (by bond) at times within stretches."""
         states = np.full((len(self.names), times.size), np.nan)
         bonds = [b.number for b in self.switched.graph.bonds]
@@ -170,15 +172,15 @@ class Trip:
             instant = walk.instant()
             for number in bonds:
                 flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
-            known = dict(zip(dynamics.state.names, values, strict=True))
-            known |= walk.following()
+            by_name = dict(zip(dynamics.state.names, values, strict=True))
+            by_name |= walk.following()
             for row, name in enumerate(self.names):
                 flow = (
                     dynamics.form.variable(name[2:])
-                    if name not in known and name[2:] in self.switched.graph.elements
+                    if name not in by_name and name[2:] in self.switched.graph.elements
                     else None
                 )
-                states[row, mine] = known[name] if flow is None else walk.whole(flow) if name[0] == "f" else 0.0
+                states[row, mine] = by_name[name] if flow is None else walk.whole(flow) if name[0] == "f" else 0.0
         return states, flows, efforts
 
     def difference(self, other: Trip, scales: Mapping[str, float], until: float) -> float:
@@ -193,9 +195,9 @@ class Trip:
             low, high = sorted((mine.time, theirs.time))
             worst = max(worst, (high - low) / until)
             times = times[(times < low) | (times > high)]
-        found = [trip.told(times, trip.owners(times))[0] for trip in (self, other)]
+        states = [trip.states_flows_efforts(times, trip.owners(times))[0] for trip in (self, other)]
         size = np.array([scales[name] for name in self.names])
-        return max(worst, float(np.nanmax(np.abs(found[0] - found[1]) / size[:, None], initial=0.0)))
+        return max(worst, float(np.nanmax(np.abs(states[0] - states[1]) / size[:, None], initial=0.0)))
 
     def owners(self, times: Array) -> NDArray[np.int_]:
         """The stretches that times lie in."""
@@ -205,7 +207,7 @@ class Trip:
     def greatest(self) -> dict[str, float]:
         """The greatest absolute value of every state at the ends of stretches."""
         ends = np.array([s.end for s in self.stretches])
-        states = self.told(ends, np.arange(ends.size))[0]
+        states = self.states_flows_efforts(ends, np.arange(ends.size))[0]
         return {n: float(np.nanmax(np.abs(row), initial=0.0)) for n, row in zip(self.names, states, strict=True)}
 
 
@@ -218,25 +220,25 @@ class Switched:
     def __init__(self, graph: BondGraph, signals: Mapping[str, Any], evaluations: int) -> None:
         self.graph, self.signals = graph, signals
         self.dry, self.switches = dry_resistors(graph), (*graph.switched, *dry_resistors(graph))
-        self.known: dict[Mode, Dynamics] = {}
+        self._dynamics: dict[Mode, Dynamics] = {}
         self.names: dict[str, None] = {}
         self.evaluations, self.budget = 0, evaluations
         self.scale: dict[tuple[int, int], float] = {}  # of every condition its greatest value so far
 
     def dynamics(self, at: Mode) -> Dynamics:
         """The equations of a mode."""
-        if at not in self.known:
+        if at not in self._dynamics:
             states = dict(zip(self.switches, at, strict=True))
             try:
-                found = Dynamics(mode(self.graph, **states), self.signals)
+                dynamics = Dynamics(mode(self.graph, **states), self.signals)
             except GraphError as error:
                 said = ", ".join(f"{n} {self._said(n, s)}" for n, s in states.items())
                 raise GraphError(f"with {said}: {error}") from error
-            if any(p.element.name != n for p in found.form.followers for n in self.graph.coupled(p.element.name)):
+            if any(p.element.name != n for p in dynamics.form.followers for n in self.graph.coupled(p.element.name)):
                 raise GraphError("a field's ports follow in one mode and not in another: put an R, or a C, between")
-            self.known[at] = found
-            self.names |= dict.fromkeys(found.state.names)
-        return self.known[at]
+            self._dynamics[at] = dynamics
+            self.names |= dict.fromkeys(dynamics.state.names)
+        return self._dynamics[at]
 
     def _said(self, name: str, state: int) -> str:
         if name in self.dry:
@@ -273,26 +275,26 @@ class Switched:
         """All variables that conditions may read."""
         with np.errstate(all="ignore"):
             here = dynamics.at(times, list(states))
-        found = {TIME: times} | {n: f(*[times] * len(f.of)) for n, f in dynamics.signals.items()}
-        found |= dict(zip(dynamics.state.names, states, strict=True))
+        places = {TIME: times} | {n: f(*[times] * len(f.of)) for n, f in dynamics.signals.items()}
+        places |= dict(zip(dynamics.state.names, states, strict=True))
         for name in self.graph.elements:
             bond, kind = self.graph.at(name)[0], self.graph.elements[name].kind
             sign = bond.sign(name) if name in self.dry else 1.0
-            found[f"f_{name}"], found[f"e_{name}"] = sign * here.flows[bond.number], here.efforts[bond.number]
+            places[f"f_{name}"], places[f"e_{name}"] = sign * here.flows[bond.number], here.efforts[bond.number]
             if name in self.graph.switched:
                 summed = here.efforts if kind == "1" else here.flows
                 net = sum(b.sign(name) * summed[b.number] for b in self.graph.at(name))
-                found[f"e_{name}" if kind == "1" else f"f_{name}"] = net
-        return found
+                places[f"e_{name}" if kind == "1" else f"f_{name}"] = net
+        return places
 
-    def held(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
+    def contents(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
         """The momentum or displacement of every store, and every further state, by name."""
         dynamics = self.dynamics(at)
         walk = Walk(dynamics.tables, t, list(state), {})
-        found = dict(zip(dynamics.state.names, map(float, state), strict=True))
+        by_name = dict(zip(dynamics.state.names, map(float, state), strict=True))
         for k, port in enumerate(dynamics.form.followers):
-            found[dynamics.form.state_name(port)] = float(walk.followed(k))
-        return found
+            by_name[dynamics.form.state_name(port)] = float(walk.followed(k))
+        return by_name
 
     def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
         """The state of a mode that begins with the stores' present values; followers share theirs with their leaders."""
@@ -304,17 +306,17 @@ class Switched:
         sign = [p.sign if p.element.kind == "I" else 1.0 for p in (*form.stores, *form.followers)]
         size = len(form.stores)
         own = np.array([0.0 if p.element.name in form.massless else sign[k] for k, p in enumerate(form.stores)])
-        before, given = [stored.get(form.state_name(p), 0.0) for p in form.followers], state.copy()
+        before, targets = [stored.get(form.state_name(p), 0.0) for p in form.followers], state.copy()
 
         def left(values: Array) -> Array:
             walk = Walk(dynamics.tables, t, values.tolist(), {})
-            found = own * (values[:size] - given[:size])
+            residuals = own * (values[:size] - targets[:size])
             for k, port in enumerate(form.followers):
                 more = sign[size + k] * (float(walk.followed(k)) - before[k])
                 for column, gain in walk.gain[port.input].items():
                     if column < size:
-                        found[column] += float(gain) * more
-            return np.asarray(found)
+                        residuals[column] += float(gain) * more
+            return np.asarray(residuals)
 
         for _ in range(_STEPS):
             missing = left(state)
@@ -362,28 +364,28 @@ class Switched:
     def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:
         """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
         longest = until / _LEAST_STEPS if self._varies() else math.inf
-        found = self.trip(start, until, method, (max(_PILOT, rtol), {}), longest)
+        trip = self.trip(start, until, method, (max(_PILOT, rtol), {}), longest)
         tolerance, error = max(_FIRST * rtol, 10.0 * _TIGHTEST), math.inf
         for k in range(_MOST_RUNS):
-            scales = {name: size or 1.0 for name, size in found.greatest().items()}
-            looser, found = found, self.trip(start, until, method, (tolerance, scales), longest)
-            before, error = error, max(2.0 * found.difference(looser, scales, until), tolerance)
+            scales = {name: size or 1.0 for name, size in trip.greatest().items()}
+            looser, trip = trip, self.trip(start, until, method, (tolerance, scales), longest)
+            before, error = error, max(2.0 * trip.difference(looser, scales, until), tolerance)
             if (k and error <= rtol) or (tolerance <= _TIGHTEST and error > 0.5 * before):
                 break
             tolerance, longest = max(0.2 * tolerance, _TIGHTEST), 0.7 * longest
-        return found, error
+        return trip, error
 
     def stepped(
         self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]
     ) -> tuple[Trip, float]:
         """The motion in equal steps from event to event, and twice its difference to one with steps of another length."""
-        found, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
+        trips, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
         scales = {name: size or 1.0 for name, size in other.greatest().items()}
-        return found, 2.0 * other.difference(found, scales, until)
+        return trips, 2.0 * other.difference(trips, scales, until)
 
     def _varies(self) -> bool:
-        given = {TIME, *self.graph.displacements, *self.graph.signals}
-        return any(given.intersection(self.graph.depends_on(e.name)) for e in self.graph.of_kind("Se", "Sf", "R", "0", "1"))
+        names = {TIME, *self.graph.displacements, *self.graph.signals}
+        return any(names.intersection(self.graph.depends_on(e.name)) for e in self.graph.of_kind("Se", "Sf", "R", "0", "1"))
 
     def begin(self, start: Callable[[Dynamics], Array]) -> tuple[Mode, Array]:
         """The mode that a motion begins in, and its state; `start` gives that of a mode, or does not know its states."""
@@ -397,21 +399,21 @@ class Switched:
             places = self._places(self.dynamics(at), np.array([0.0]), state[:, None])
             ways = {n: int(np.sign(np.ravel(places[f"f_{n}"])[0])) for n in self.dry}
             first = tuple(ways.get(n, s) for n, s in zip(self.switches, at, strict=True))
-            return self.settled(first, 0.0, self.held(at, 0.0, state.tolist()))
+            return self.settled(first, 0.0, self.contents(at, 0.0, state.tolist()))
         assert fault is not None
         raise fault
 
     def _freest(self) -> list[Mode]:
         """Modes, those with the most states first: what is given of a start is not bound by what is joined."""
-        found: dict[Mode, int] = {}
+        freedoms: dict[Mode, int] = {}
 
         def states(at: Mode) -> int:
-            if at not in found:
+            if at not in freedoms:
                 try:
-                    found[at] = len(self.dynamics(at).state.names)
+                    freedoms[at] = len(self.dynamics(at).state.names)
                 except GraphError:
-                    found[at] = -1
-            return found[at]
+                    freedoms[at] = -1
+            return freedoms[at]
 
         best = tuple(1 for _ in self.switches)
         states(best)
@@ -419,7 +421,7 @@ class Switched:
             other = (*best[:k], 0, *best[k + 1 :])
             if name not in self.dry and states(other) > states(best):
                 best = other
-        return sorted(found, key=lambda at: -found[at])
+        return sorted(freedoms, key=lambda at: -freedoms[at])
 
     def trip(
         self,
@@ -458,7 +460,7 @@ class Switched:
                     break
             if crossed is None:
                 break
-            stored, place = self.held(at, t, state.tolist()), beyond[crossed]
+            stored, place = self.contents(at, t, state.tolist()), beyond[crossed]
             after, state = self.settled((*at[: place[0]], place[1], *at[place[0] + 1 :]), t, stored)
             events += [Event(t, self.switches[k], b) for k, (a, b) in enumerate(zip(at, after, strict=True)) if a != b]
             turns.append(t)
@@ -482,7 +484,7 @@ class Switched:
         rates, size, plain = dynamics.rates, len(dynamics.state.names), method in PLAIN
         anchors = [dynamics.state.names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
 
-        def found(t: float, values: Any) -> Any:
+        def rates_of(t: float, values: Any) -> Any:
             self.evaluations += 1
             if self.evaluations > self.budget:
                 raise GraphError(
@@ -490,10 +492,10 @@ class Switched:
                     "rtol, or use a method for stiff equations (Radau); evaluations= allows more"
                 )
             try:
-                given = values if plain else values.tolist()
-                result = rates(t, *given, *(given[k] for k in anchors))
+                arguments = values if plain else values.tolist()
+                result = rates(t, *arguments, *(arguments[k] for k in anchors))
             except (ValueError, ArithmeticError, TypeError):
                 result = (math.nan,) * size
             return result if plain else np.array(result)
 
-        return found
+        return rates_of

@@ -81,7 +81,7 @@ class JunctionStructure:
     """
 
     graph: BondGraph
-    given: BondGraph
+    source: BondGraph
     massless: tuple[str, ...]
     follows: Mapping[str, str]
     flow: Mapping[int, int]
@@ -157,10 +157,10 @@ class JunctionStructure:
         """The variable that a law reads under a name; None if it reads none, but a state or what is declared."""
         if name == self.graph.own(port.element.name):
             return None
-        found = self.graph.reading(name)
-        if found is None or found[0] in "pq":
+        signal = self.graph.reading(name)
+        if signal is None or signal[0] in "pq":
             return None
-        return (self.flow if found[0] == "f" else self.effort)[found[1]]
+        return (self.flow if signal[0] == "f" else self.effort)[signal[1]]
 
 
 def targets(step: Step) -> tuple[int, ...]:
@@ -177,15 +177,15 @@ def sources(step: Step) -> tuple[int, ...]:
     return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
 
 
-def upstream(form: JunctionStructure, wanted: set[int]) -> tuple[int, ...]:
+def upstream(form: JunctionStructure, goals: set[int]) -> tuple[int, ...]:
     """The places of the steps that variables follow by."""
-    needed, found = set(wanted), list[int]()
+    needed, collected = set(goals), list[int]()
     for k in reversed(range(len(form.steps))):
         step = form.steps[k]
         if needed.intersection(targets(step)):
-            found.append(k)
+            collected.append(k)
             needed.update(sources(step))
-    return tuple(reversed(found))
+    return tuple(reversed(collected))
 
 
 def ratios(step: Step) -> Iterator[Ratio]:
@@ -240,7 +240,7 @@ class Instant(NamedTuple):
 class Walk:
     """The state, and what follows from it step by step.
 
-    `given` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
+    `outputs` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
     its residual and slopes as `balance`. Where it is `still`, sources give 0.
     """
 
@@ -250,14 +250,14 @@ class Walk:
         t: Any,
         state: Sequence[Any],
         anchors: Anchors,
-        given: Sequence[Sequence[Any]] = (),
+        outputs: Sequence[Sequence[Any]] = (),
         stop: int | None = None,
         acts: bool = True,
         still: bool = False,
     ) -> None:
         self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
         self.t, self.anchors, self.state = t, anchors, list(state)
-        self._given, self._stop, self._still = given, stop, still
+        self._outputs, self._stop, self._still = outputs, stop, still
         stores, displaced = len(self.form.stores), self.form.displacements
         self._places: dict[str, Any] = {TIME: t}
         for displacement, value in zip(displaced, self.state[stores:], strict=True):
@@ -286,8 +286,8 @@ class Walk:
     def instant(self) -> Instant:
         """Flows, efforts, rates of the state."""
         rates = self.rates()
-        flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.given.bonds}
-        efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.given.bonds}
+        flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.source.bonds}
+        efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.source.bonds}
         return Instant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
 
     def value(self, variable: int) -> Any:
@@ -326,11 +326,11 @@ class Walk:
         partials = dict(zip(law.of, self._partials(law, name, x)[1], strict=True))
         places = {self.form.state_name(p): k for k, p in enumerate(self.form.stores)}
         signs = [p.sign if p.element.kind == "I" else 1.0 for p in (*self.form.stores, port)]
-        found = {}
+        slopes = {}
         for n in (n for n in law.of if n not in self.graph.parameters):
             k = places.get(self.form.state_name(port), -1) if n == self.graph.own(name) else places[n]
-            found[k] = signs[k] * signs[-1] * partials[n]
-        return found
+            slopes[k] = signs[k] * signs[-1] * partials[n]
+        return slopes
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
@@ -344,16 +344,20 @@ class Walk:
                 raise
             shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
             rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
-            found = np.array([called(*row) for row in rows], dtype=float)
-            return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
+            row_results = np.array([called(*row) for row in rows], dtype=float)
+            return (
+                tuple(c.reshape(shape) for c in row_results.reshape(-1, results).T)
+                if results
+                else row_results.reshape(shape)
+            )
 
-    def _arguments(self, law: Function, name: str, own: Any = None, given: Mapping[Any, Any] | None = None) -> list[Any]:
-        """The arguments of a law; `given` has flows and efforts that are not yet known, besides its own."""
-        given = {self.graph.own(name): own} if given is None else given
+    def _arguments(self, law: Function, name: str, own: Any = None, outputs: Mapping[Any, Any] | None = None) -> list[Any]:
+        """The arguments of a law; `outputs` has flows and efforts that are not yet known, besides its own."""
+        outputs = {self.graph.own(name): own} if outputs is None else outputs
         values = []
         for argument in law.of:
-            if argument in given:
-                values.append(given[argument])
+            if argument in outputs:
+                values.append(outputs[argument])
             elif argument in self.graph.parameters:
                 values.append(self.graph.parameter(argument, name))
             elif argument in self._places:
@@ -364,9 +368,9 @@ class Walk:
 
     def _read(self, argument: str, name: str) -> Any:
         """A flow, effort, momentum or displacement that the law of an element reads."""
-        found = self.graph.reading(argument)
-        assert found is not None
-        letter, bond = found
+        signal = self.graph.reading(argument)
+        assert signal is not None
+        letter, bond = signal
         form, where = self.form, self.graph.where(name)
         if letter in "pq":
             place = next((k for k, p in enumerate(form.stores) if p.bond == bond), None)
@@ -433,13 +437,13 @@ class Walk:
         return value.xreplace(at), tuple(value.diff(place).xreplace(at) for place in places)
 
     def _both(self, motion: Motion) -> tuple[Any, Any]:
-        found = self._motions.get(id(motion))
-        if found is None:
+        pair = self._motions.get(id(motion))
+        if pair is None:
             q = self._places[self.tables.displacement_of[motion.of]]
             anchor = self.anchors.get(motion.of, q)
             here = self._call(_here, (motion.position, q, anchor))
-            found = self._motions[id(motion)] = here, self._call(_here, (motion.position, anchor, anchor))
-        return found
+            pair = self._motions[id(motion)] = here, self._call(_here, (motion.position, anchor, anchor))
+        return pair
 
     def _modulus(self, ratio: Modulus | Function, name: str) -> tuple[Any, tuple[tuple[str, Any], ...]]:
         """A transformer's ratio, and its partial derivatives by the names that it depends on."""
@@ -506,9 +510,9 @@ class Walk:
             else:
                 columns, right = sorted({k for v in sources(step) for k in self.gain[v]}), []
                 for relation in step.relations:
-                    known = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
+                    summands = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
                     right.append(
-                        [total(factor * self.gain[v][k] for v, factor in known if k in self.gain[v]) for k in columns]
+                        [total(factor * self.gain[v][k] for v, factor in summands if k in self.gain[v]) for k in columns]
                     )
                 solution = solve(self._matrix(step), right) if columns else [[] for _ in step.unknown]
                 for row, variable in enumerate(step.unknown):
@@ -527,17 +531,17 @@ class Walk:
             ports = [self.form.acting[k] for k in group.members]
             if group in self.tables.iterated:
                 if place == self._stop:
-                    self.balance = self._residual(ports, self._given[place])
+                    self.balance = self._residual(ports, self._outputs[place])
                     return
-                found = self._given[place] if place < len(self._given) else self._settled(ports)
+                output = self._outputs[place] if place < len(self._outputs) else self._settled(ports)
                 place += 1
             elif ports[0].output in self.tables.closed:
-                found = [self.value(port.output) for port in ports]
+                output = [self.value(port.output) for port in ports]
             elif group.loop or not self._explicit(ports[0]):
-                found = self._closed(ports)
+                output = self._closed(ports)
             else:
-                found = [self._given_by(port) for port in ports]
-            for k, value in zip(group.members, found, strict=True):
+                output = [self._own_output(port) for port in ports]
+            for k, value in zip(group.members, output, strict=True):
                 self.outputs[len(self.form.stores) + k] = value
 
     def _explicit(self, port: Port) -> bool:
@@ -545,22 +549,22 @@ class Walk:
         name = port.element.name
         return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
 
-    def _given_by(self, port: Port) -> Any:
+    def _own_output(self, port: Port) -> Any:
         """The output of an acting port that needs nothing of its own."""
         name, kind, law = port.element.name, port.element.kind, port.element.law
         if (kind in STORES and not isinstance(law, Law)) or (self._still and kind in SOURCES):  # or an inertia of 0
             return 0.0
         if kind != "R":
             return self._moving_effort(name, law) if isinstance(law, Law) and law.moving else self._law(name)
-        given = self.value(port.input)
+        argument = self.value(port.input)
         if self.graph.is_curve(name):
-            return self._law(name, port.sign * given) if port.gives == "e" else port.sign * self._law(name, given)
+            return self._law(name, port.sign * argument) if port.gives == "e" else port.sign * self._law(name, argument)
         resistance = self._resistance(name)
         if port.gives == "e":
-            return resistance * port.sign * given
+            return resistance * port.sign * argument
         if isinstance(resistance, float) and resistance == 0.0:
             raise GraphError(f"{self.graph.where(name)}: its resistance is 0 where its flow follows from its effort")
-        return port.sign * given / resistance
+        return port.sign * argument / resistance
 
     def _resistance(self, name: str) -> Any:
         return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
@@ -572,14 +576,14 @@ class Walk:
             self.outputs[k] = value
         self._values.clear()
         residual, slopes = [], []
-        for row, (port, given) in enumerate(zip(ports, outputs, strict=True)):
+        for row, (port, output) in enumerate(zip(ports, outputs, strict=True)):
             name, sign, w = port.element.name, port.sign, self.value(port.input)
             gains = [self.gain[port.input].get(k, 0.0) for k in columns]
             law = port.element.law
             if port.element.kind in SOURCES:  # it reads flows or efforts of the loop
                 assert isinstance(law, Function)
                 value, partials = self._partials(law, name)
-                residual.append(given - value)
+                residual.append(output - value)
                 more = self._sensed(port, law, partials, columns)
                 slopes.append([(1.0 if k == row else 0.0) - m for k, m in enumerate(more)])
                 continue
@@ -587,12 +591,12 @@ class Walk:
                 assert isinstance(law, Function)
                 named = self.graph.own(name) or ""
                 own, effort, native = law.of.index(named), named == OWN_EFFORT, self.graph.is_native(name, port.gives)
-                argument = (w if effort else sign * w) if native else (given if effort else sign * given)
+                argument = (w if effort else sign * w) if native else (output if effort else sign * output)
                 value, partials = self._partials(law, name, argument)
                 a, b = (sign * value, sign * partials[own]) if effort else (value, sign * partials[own])
                 more = [(sign if effort else 1.0) * m for m in self._sensed(port, law, partials, columns)]
                 if native:  # z = law(w)
-                    residual.append(given - a)
+                    residual.append(output - a)
                     slopes.append([(1.0 if k == row else 0.0) - b * g - more[k] for k, g in enumerate(gains)])
                 else:  # law(z) = w
                     residual.append(a - w)
@@ -600,10 +604,10 @@ class Walk:
                 continue
             factor = sign * self._resistance(name)
             if port.gives == "e":
-                residual.append(given - factor * w)
+                residual.append(output - factor * w)
                 slopes.append([(1.0 if k == row else 0.0) - factor * g for k, g in enumerate(gains)])
             else:
-                residual.append(factor * given - w)
+                residual.append(factor * output - w)
                 slopes.append([(factor if k == row else 0.0) - g for k, g in enumerate(gains)])
         return residual, slopes
 
@@ -624,11 +628,11 @@ class Walk:
 
     def _settled(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of resistors of any law in a loop, by iteration."""
-        known = [self.t, *self.state, *self._places.values()]
-        shape = np.broadcast_shapes(*(np.shape(value) for value in known))
-        found = settle(lambda given: self._residual(ports, given), len(ports), shape, loop_name(self.graph, ports))
+        arguments = [self.t, *self.state, *self._places.values()]
+        shape = np.broadcast_shapes(*(np.shape(value) for value in arguments))
+        result = settle(lambda outputs: self._residual(ports, outputs), len(ports), shape, loop_name(self.graph, ports))
         self._values.clear()
-        return found
+        return result
 
     def _store_rates(self) -> list[Any]:
         """The rates of momenta and displacements; on the way, what followers give."""
@@ -651,8 +655,8 @@ class Walk:
 
     def own_rate(self, port: Port) -> Any:
         """The rate of a store that no other follows: an inertia's momentum by its effort, a compliance by its flow."""
-        given = self.whole(port.input)
-        return given if port.element.kind == "I" else port.sign * given
+        input_value = self.whole(port.input)
+        return input_value if port.element.kind == "I" else port.sign * input_value
 
     def _shares(self) -> dict[int, tuple[Any, Any]]:
         """The rates of the output and of the momentum or displacement of every store that others follow."""
@@ -674,11 +678,11 @@ class Walk:
                 for k, slope in slopes[j].items() if bent else ((places[j], 1.0),):
                     row[at[k]] = row[at[k]] + mass * slope * (own[at[k]] if bent else 1.0)
             rows.append(row)
-        found = [row[0] for row in solve(rows, [[value] for value in force])]
+        shares = [row[0] for row in solve(rows, [[value] for value in force])]
         return {
             k: (
-                total(slope * own[at[n]] * found[at[n]] for n, slope in slopes[i].items()) if bending[i] else found[i],
-                found[i],
+                total(slope * own[at[n]] * shares[at[n]] for n, slope in slopes[i].items()) if bending[i] else shares[i],
+                shares[i],
             )
             for k, i in at.items()
         }
@@ -739,29 +743,29 @@ class Walk:
     def following(self) -> dict[str, Any]:
         """The momentum or displacement of every follower, by the name that it would have as a state."""
         form = self.form
-        found = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
-        found |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
+        by_name = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
+        by_name |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
         for name, ties in reversed([*form.ties.items()]):  # the store is y_d + sum T y of the ports that are tied to it
             letter = "p" if self.graph.elements[name].kind == "I" else "q"
             for other, tie in ties:
                 share = self.graph.constant(tie) * (-1.0 if letter == "p" else 1.0)
-                found[f"{letter}_{name}"] = found[f"{letter}_{name}"] - share * found[f"{letter}_{other}"]
-        return {form.state_name(port): found[form.state_name(port)] for port in form.followers}
+                by_name[f"{letter}_{name}"] = by_name[f"{letter}_{name}"] - share * by_name[f"{letter}_{other}"]
+        return {form.state_name(port): by_name[form.state_name(port)] for port in form.followers}
 
-    def inverse(self, port: Port, given: Any) -> Any:
+    def inverse(self, port: Port, output: Any) -> Any:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         name, law = port.element.name, port.element.law
-        given = port.sign * given if port.element.kind == "I" else given
+        output = port.sign * output if port.element.kind == "I" else output
         if not self.graph.is_curve(name):
-            return self.graph.constant(name) * given
+            return self.graph.constant(name) * output
         assert isinstance(law, Function)
         own = law.of.index(self.graph.own(name) or "")
 
         def equation(values: list[Any]) -> Balance:
             value, partials = self._partials(law, name, values[0])
-            return [value - given], [[partials[own]]]
+            return [value - output], [[partials[own]]]
 
-        return settle(equation, 1, np.shape(given), self.graph.where(name))[0]
+        return settle(equation, 1, np.shape(output), self.graph.where(name))[0]
 
     def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
         """The rate of the input of every follower, and its weight."""
@@ -794,9 +798,9 @@ class Walk:
                         for v, ratio, sign in relation.terms
                         if isinstance(ratio, Function | Modulus)
                     )
-                    known = [term for term in relation.terms if term[0] not in step.unknown]
+                    summands = [term for term in relation.terms if term[0] not in step.unknown]
                     right.append(
-                        [varying + total(-sign * self._ratio(ratio) * bias.get(v, 0.0) for v, ratio, sign in known)]
+                        [varying + total(-sign * self._ratio(ratio) * bias.get(v, 0.0) for v, ratio, sign in summands)]
                     )
                 solution = solve(self._matrix(step), right)
                 for row, variable in enumerate(step.unknown):
