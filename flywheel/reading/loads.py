@@ -95,7 +95,7 @@ class Site(NamedTuple):
             item.faults.add(item.path, defect, "a port with a stroke")
             return None
         mechanism: Mechanism | None = next((m for m in self.places.mechanisms if m.name == name), None)
-        if mechanism is None or any(map(math.isnan, self.setting.parameters.values())):
+        if mechanism is None or any(value != value for value in self.setting.parameters.values()):
             return None
         try:
             return ends_of(mechanism, port, self.setting.parameters)

@@ -815,7 +815,8 @@ SLIDER = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.
 SCENES: dict[str, dict[str, Any]] = {
     "a punch": {
         "mechanism": SLIDER,
-        "load": [{"on": "slider", "model": PUNCH}],
+        "parameters": {"T": "20 N m"},
+        "load": [{"on": "slider", "model": PUNCH}, {"on": "crank", "torque": "-T*sin(phi)**2"}],
     },
     "a press over an angle": {
         "mechanism": SHAPER,
