@@ -49,6 +49,8 @@ UNSTABLE = 1e-12
 STIFF = 3e3
 """Exponent of the decay of a change of speed in a cycle, above which torques are stiff."""
 
+_DAMPED = 70.0  # exponent of that decay above which the motion is far from that under torques at a constant speed
+
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
 
@@ -162,6 +164,11 @@ def own_motion(
         if again is None or not off <= 10 * (again.run.error + motion.run.error) + _SWITCH_MOVE:
             raise NoRegimeError("the motion with the flywheel found for it has another irregularity")
     return motion
+
+
+def is_damped(machine: Machine, reference: float, inertia: float, unknown: float) -> bool:
+    """Tests whether torques damp a change of speed so fast that a motion may need no flywheel; see `own_motion`."""
+    return _Search(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
 
 
 def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float) -> OwnMotion:
@@ -285,7 +292,7 @@ class _Search(NamedTuple):
         """The stable motion, by the first method that gives one; else an unstable one.
 
         The methods: directly, from an even motion that becomes uneven, from the speeds at which stiff torques balance, and
-        from heavier flywheels down.
+        from heavier flywheels down, which comes first where torques damp the motion.
         """
         if self.demand.inertia is not None and (even := self.even(inertia, unknown)) is not None:
             return even
@@ -294,9 +301,12 @@ class _Search(NamedTuple):
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
         if self.fading(inertia, unknown) > STIFF:
             ways[:2] = ways[1::-1]
+        elif self.damped(inertia, unknown):
+            ways = [self.by_continuation, self.from_nothing, self.from_balance]
+            ways = ways if self.demand.inertia is None else [self.from_balance, *ways[:2], self.from_even]
         for way in ways[:2] if directly else ways:
             try:
-                with portion(_SHARE_OF_WORK if way != self.by_continuation else 1.0):
+                with portion(_SHARE_OF_WORK if way != ways[-1] else 1.0):
                     motion = way(inertia, unknown)
             except (NoRegimeError, BudgetError) as error:
                 failure = error if failure is None or way == self.by_continuation else failure
@@ -308,6 +318,10 @@ class _Search(NamedTuple):
             return unstable
         assert failure is not None
         raise failure
+
+    def damped(self, inertia: float, unknown: float) -> bool:
+        """Tests whether torques damp a change of speed so fast that the motion is far from that at a constant speed."""
+        return _DAMPED < self.fading(inertia, unknown) <= STIFF
 
     def fading(self, inertia: float, unknown: float) -> float:
         """The exponent by which torques that fall with the speed damp a change of it in a cycle, at the reference speed."""
