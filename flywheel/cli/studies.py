@@ -37,6 +37,7 @@ _RTOL = (1e-14, 0.1)
 _EXPECTED = "is not a PATH=LOW:HIGH:COUNT such as mechanism.crank.length=50mm:120mm:50, nor PATH=VALUE,VALUE"
 _MOST_VALUES = 1_000_000  # values of one number
 _ROWS = 20
+_JOBS = click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none).")
 _ENGINE = "Engine that sizes many designs at once, or size for one by one (default: numpy)."
 
 
@@ -137,7 +138,7 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
     metavar="FILE.parquet",
     help="Write the table of --csv as Parquet, with units in its metadata; needs pyarrow.",
 )
-@click.option("--jobs", type=click.IntRange(1, 1000), help="Worker processes (default: none).")
+@_JOBS
 @click.option(
     "--rtol",
     type=float,
@@ -548,6 +549,7 @@ def _of_wheel(context: click.Context, parameter: click.Parameter, values: tuple[
 )
 @click.option("--skip-faulty", is_flag=True, help="Leave faulty rows of the table out instead of refusing it.")
 @click.option("--rtol", type=float, callback=within(*_RTOL), help="Required relative error of each flywheel.")
+@_JOBS
 @click.option("--rows", type=click.IntRange(1, 10_000), default=_ROWS, show_default=True, help="Motors in the table shown.")
 @json_flag()
 @csv_flag()
@@ -561,6 +563,7 @@ def motor(
     wheel_prices: dict[str, float],
     skip_faulty: bool,
     rtol: float | None,
+    jobs: int | None,
     rows: int,
     as_json: bool,
     as_csv: bool,
@@ -604,6 +607,7 @@ def motor(
                 wheel_limits=wheel_limits,
                 wheel_prices=wheel_prices,
                 rtol=rtol,
+                jobs=jobs or 1,
                 progress=None,
             )
         if as_csv:

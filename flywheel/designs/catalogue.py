@@ -14,8 +14,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from concurrent.futures import BrokenExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +26,7 @@ import numpy as np
 
 from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
-from flywheel.designs.figures import progress_bar
+from flywheel.designs.figures import progress_bar, with_known_marks, worker_pool
 from flywheel.machine.dynamics import dynamics_of
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
@@ -215,6 +217,7 @@ def suitable_motors(
     wheel_prices: Mapping[str, float] | None = None,
     rtol: float | None = None,
     skip_faulty: bool = False,
+    jobs: int = 1,
     progress: bool | None = False,
 ) -> SuitableMotors:
     """Finds the suitable motors of a table for a machine, with the flywheel that each needs and its start.
@@ -234,6 +237,7 @@ def suitable_motors(
             its diameter, by the same names.
         rtol: required relative error of each flywheel; the scene's own if None.
         skip_faulty: true to leave faulty rows out.
+        jobs: number of worker processes; with 1 the motors are examined in this process.
         progress: true to show a bar on standard error; default: if that is a terminal.
 
     Raises:
@@ -247,9 +251,15 @@ def suitable_motors(
     ratio = _checked(scene, ratio, crank, terms)
     adjusted = crank if ratio == ADJUSTED else None
     choices: list[MotorChoice] = []
+    choice_of = partial(_choice, scene, adjusted, terms, rtol)
     with progress_bar(len(catalogue.motors), progress, "motors") as bar, suppress(KeyboardInterrupt):
-        for motor in catalogue.motors:
-            choices.append(_choice(scene, motor, adjusted, terms, rtol))
+        if jobs > 1:
+            with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
+                for choice in pool.map(choice_of, catalogue.motors):
+                    choices.append(choice)
+                    bar(1)
+        for motor in catalogue.motors[len(choices) :]:
+            choices.append(choice_of(motor))
             bar(1)
     ordered = sorted((choice for choice in choices if choice.suits), key=_cheapest)
     suitable, failed = ordered, dict[str, MotorChoice]()
@@ -413,10 +423,10 @@ def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
     return {"start": {**start, "until": [*map(switch, untils)] if isinstance(untils, list) else switch(untils)}}
 
 
-def _choice(scene: Scene, row: CatalogueMotor, crank: float | None, terms: Terms, rtol: float | None) -> MotorChoice:
+def _choice(scene: Scene, crank: float | None, terms: Terms, rtol: float | None, row: CatalogueMotor) -> MotorChoice:
     """Result for a machine with a motor of the table."""
     try:
-        machine = Machine(with_motor(scene, row, crank))
+        machine = with_known_marks(Machine(with_motor(scene, row, crank)))
     except SceneError as error:
         return MotorChoice(row, False, "; ".join(map(str, error.faults[:2])))
     choice = MotorChoice(row, None, ratio=_ratio(machine.scene))
@@ -651,7 +661,8 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
     duty = tuple(
         phase if phase.scene is None else phase._replace(scene=replace(phase.scene, limits=limits)) for phase in scene.duty
     )
-    return size(replace(scene, limits=limits, duty=duty), rtol, simulate=False)
+    limited = replace(scene, limits=limits, duty=duty)
+    return size(limited if duty else with_known_marks(Machine(limited)), rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from functools import partial
 from math import inf
 from typing import Any, NamedTuple
@@ -286,7 +286,8 @@ def one_by_one(
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
-                sizing_figures = figures_of(size(_with_known_marks(design), rtol, accuracy="normal"))
+                machine = with_known_marks(Machine(design)) if design.depends_on_speed else design
+                sizing_figures = figures_of(size(machine, rtol, accuracy="normal"))
             except SceneError as error:
                 batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             except KeyboardInterrupt:
@@ -299,24 +300,19 @@ def one_by_one(
     return batch
 
 
-def _with_known_marks(scene: Scene) -> Machine | Scene:
-    """The machine of a design, with known breakpoints and landmarks of an earlier one; else its own are kept.
+@np.errstate(all="ignore")
+def with_known_marks(machine: Machine) -> Machine:
+    """Gives a machine the breakpoints and landmarks of an earlier one with the same breaks; else its own are kept.
 
     Finding them takes longer than the motion if laws are long, and the drive does not change them.
     """
-    if not scene.depends_on_speed:
-        return scene
-    try:
-        with np.errstate(all="ignore"):
-            machine = Machine(scene)
-            key = machine.breaks
-            if key not in _marks:
-                if len(_marks) >= _KEPT_MACHINES:
-                    _marks.pop(next(iter(_marks)))
-                _marks[key] = machine.breakpoints, machine.landmarks
-    except (SceneError, ArithmeticError):  # `size` says what is wrong with it
-        return scene
-    machine.breakpoints, machine.landmarks = _marks[key]
+    with suppress(SceneError, ArithmeticError):  # `size` says what is wrong with it
+        key = machine.breaks
+        if key not in _marks:
+            if len(_marks) >= _KEPT_MACHINES:
+                _marks.pop(next(iter(_marks)))
+            _marks[key] = machine.breakpoints, machine.landmarks
+        machine.breakpoints, machine.landmarks = _marks[key]
     return machine
 
 
@@ -331,6 +327,41 @@ def progress_bar(count: int, progress: bool | None, label: str = "designs") -> I
 
     with click.progressbar(length=count, label=label, file=sys.stderr, show_pos=True) as bar:
         yield bar.update
+
+
+@contextmanager
+def worker_pool(workers: int) -> Iterator[Executor]:
+    """Worker processes, which leave Ctrl-C to this one."""
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_work)
+    try:
+        yield pool
+    except KeyboardInterrupt:  # chunks that nobody will take are not waited for
+        for worker in list((getattr(pool, "_processes", None) or {}).values()):
+            worker.terminate()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin_work() -> None:
+    """Makes a worker process leave Ctrl-C to its parent, and end whenever that ends."""
+    import os
+    import signal
+    from multiprocessing import connection, parent_process
+    from threading import Thread
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+    Thread(target=follow, daemon=True).start()
 
 
 def empty(count: int) -> Batch:

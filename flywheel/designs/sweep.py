@@ -11,8 +11,8 @@ import math
 import pickle
 from collections import Counter
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import ExitStack, contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import lru_cache
 from importlib.util import find_spec
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import figures as designs
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, REFINED, TRACED, Batch, progress_bar
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, REFINED, TRACED, Batch, progress_bar, worker_pool
 from flywheel.designs.sweep_results import Check, Plan, Store, Sweep, needed
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
@@ -355,7 +355,7 @@ def _batches(
     if isinstance(executor, int):
         for _ in range(_POOLS):
             if lost:
-                lost = yield from _by_executor(plan, lost, stack.enter_context(_pool(executor)), messages)
+                lost = yield from _by_executor(plan, lost, stack.enter_context(worker_pool(executor)), messages)
     elif executor is not None:
         if hasattr(executor, "get_executor"):  # a client of dask
             executor = executor.get_executor()
@@ -384,41 +384,6 @@ def _second_of_designs(plan: Plan) -> int:
 def _mostly_alone(batch: Batch) -> bool:
     """Tests whether more than half of the designs of a chunk were sized one by one."""
     return int((batch.ways == ALONE).sum()) > batch.ways.size // 2
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[Executor]:
-    """Worker processes for this sweep, which leave Ctrl-C to it."""
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_work)
-    try:
-        yield pool
-    except KeyboardInterrupt:  # chunks that nobody will take are not waited for
-        for worker in list((getattr(pool, "_processes", None) or {}).values()):
-            worker.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin_work() -> None:
-    """Makes a worker process leave Ctrl-C to its parent, and end whenever that ends."""
-    import os
-    import signal
-    from multiprocessing import connection, parent_process
-    from threading import Thread
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    assert parent is not None
-
-    def follow() -> None:
-        connection.wait([parent.sentinel])
-        os._exit(1)
-
-    Thread(target=follow, daemon=True).start()
 
 
 def _by_executor(

@@ -67,6 +67,26 @@ def test_each_flywheel_is_that_of_its_own_sizing(choice):
 
 
 @pytest.mark.slow
+def test_worker_processes_give_the_same_motors(choice):
+    found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS), at=AFTER, jobs=2)
+    assert found.as_dict() == choice.as_dict()
+
+
+def test_a_motor_so_large_that_its_torque_alone_holds_the_speed():
+    """The flywheel is 0, or the one with which an analysis gives the required irregularity."""
+    scene = flywheel.load(TABLE.with_name("press.toml"))
+    motors = {motor.name: motor for motor in read_catalogue(TABLE).motors}
+    for name, needed in (("4P-18.5", True), ("4P-30", False)):
+        large = with_motor(scene, motors[name], 5.0)
+        found = flywheel.size(large, simulate=False)
+        assert found.flywheel.needed is needed
+        given = large.with_({"flywheel.irregularity": None, "flywheel.inertia": found.flywheel.exact})
+        again = flywheel.size(given, simulate=False).run.irregularity
+        assert again == pytest.approx(found.run.irregularity, rel=1e-8)
+        assert again <= 0.15 * (1 + 1e-8)
+
+
+@pytest.mark.slow
 def test_heat_may_ask_for_more_flywheel_than_the_irregularity():
     loose = PUNCH | {"flywheel": {"irregularity": "25 %"}}
     one = flywheel.suitable_motors(flywheel.load(loose), parse_catalogue(f"{HEAD}\n{WARM}"), at=AFTER).suitable[0]
@@ -132,10 +152,10 @@ def test_an_interruption_keeps_what_is_finished(monkeypatch):
 
     own = catalogue._choice
 
-    def interrupted(scene, row, *rest):
-        if row.name == "fair":
+    def interrupted(*given):
+        if given[-1].name == "fair":
             raise KeyboardInterrupt
-        return own(scene, row, *rest)
+        return own(*given)
 
     monkeypatch.setattr(catalogue, "_choice", interrupted)
     found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS))
