@@ -26,6 +26,7 @@ from flywheel.motions.stroke_course import (
     driving_sides,
     inverter_loads,
     recovery_time,
+    slip_heat,
     speed_extremes,
     temperature,
 )
@@ -38,7 +39,6 @@ from flywheel.motions.strokes import (
     fitted,
     periodic,
     regaining,
-    slip_heat,
 )
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
@@ -700,8 +700,8 @@ def _sized(
         if limit.reached > limit.asked * (1.0 + _BROKEN):
             defect = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
             raise SceneError([Fault(f"flywheel.limits.{name}", defect, "limits that one flywheel keeps", "allow more")])
-    kept = {name: run for name, inertia in alone.items() if inertia > 0.0 and (run := runs[inertia, tolerance])}
-    return *run, limits, binding if limits else None, kept
+    own_runs = {name: each for name, inertia in alone.items() if inertia > 0.0 and (each := runs[inertia, tolerance])}
+    return *run, limits, binding if limits else None, own_runs
 
 
 def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> tuple[float, float]:

@@ -13,7 +13,8 @@ from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
-from flywheel.motions.strokes import Phases, Ramp, Strokes, extreme, torque_at
+from flywheel.motions.motion import extreme
+from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics.cells import Array, Index
 from flywheel.sizing.results import Trip
 
@@ -112,6 +113,24 @@ def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     if brake.fall > 0.0:
         torques[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
     return torques
+
+
+def slip_heat(leg: Leg, ratio: float) -> float:
+    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
+
+    Args:
+        leg: in which the clutch slips.
+        ratio: speed of the clutch's shaft over that of the crank.
+
+    """
+    begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
+    edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
+    edges = edges[(edges >= begin) & (edges <= end)]
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    half = 0.5 * np.diff(edges)[:, None]
+    times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
+    slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
+    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
 
 
 class Course(NamedTuple):

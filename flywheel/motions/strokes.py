@@ -13,13 +13,15 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.numerics import root, summits
-from flywheel.machine.dynamics import NODES, Dynamics, Start, Trail
+from bondgraph.motion.stepping import Step
+from bondgraph.numerics import root
+from flywheel.machine.dynamics import NODES, Dynamics, Start, Stretch, Trail
 from flywheel.machine.machine import Anchor, Machine
+from flywheel.motions.motion import extreme
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import Fault, SceneError
@@ -36,8 +38,9 @@ _FARTHEST_BACK = math.pi  # a crank that falls back by this before the clutch ta
 _MOST_STEPS = 25  # of Newton's method
 _MOST_LEGS, _MOST_MACHINES, _MOST_PARTS = 200, 20, 40  # of a stroke; that are kept
 _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that slips again are apart the other way
-_TOPS = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
+_IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
+_EVEN = 1e-3  # by which the rate of that may change over half of what is left
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
@@ -151,6 +154,24 @@ def _last(trail: Trail) -> tuple[float, float]:
         return trail.start.phi, trail.start.omega
     step, offset, _ = trail.stretches[-1]
     return float(step.last[0]) + offset, float(step.last[1])
+
+
+class Idling(NamedTuple):
+    """The states at times (s) of a side whose speed tends to that of idling (rad/s), by `rate` (1/s); `state` at `start`."""
+
+    state: Sequence[float]
+    start: float
+    idle: float
+    rate: float
+    inertia: float
+
+    def __call__(self, t: Any) -> Array:
+        """Position, speed, and the moment's work, J."""
+        (phi, omega, work), since = self.state, np.asarray(t) - self.start
+        grown = -np.expm1(-self.rate * since)
+        speed = omega + (self.idle - omega) * grown
+        turn = self.idle * since - (self.idle - omega) * grown / self.rate
+        return np.array([phi + turn, speed, work + 0.5 * self.inertia * (speed**2 - omega**2)])
 
 
 class Strokes:
@@ -345,7 +366,11 @@ class Strokes:
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
             lasting = _RECOVERING * stop_time
+        elif (near := self._near_idling(start.omega)) is not None:
+            goals.append(near)
         recovery = self._run(self.driving, start, goals, lasting - release_time)
+        if recovery.goal == "idle":
+            recovery = self._idling(recovery, lasting - release_time)
         if regained is not None and (recovery.goal != "speed" or not recovery.stretches):
             defect = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
             raise SceneError([Fault("drive", defect, "a motor that does", "a stronger motor")])
@@ -356,6 +381,30 @@ class Strokes:
             expected = "a motor that brings the flywheel back to its speed"
             raise SceneError([Fault("drive", defect, expected, "a stronger motor")])
         return Phases(legs, coasting, braking, recovery, release_time, brake_time, stop_time, lasting, resting)
+
+    def _near_idling(self, omega: float) -> Goal | None:
+        """The goal of a speed so near that of idling that its rest decays; None where the moment is not linear there."""
+        idle = self.typical * self.ratio
+        gap = math.copysign(_IDLING * idle, idle - omega)
+        near, nearer = (self._acceleration(idle - share * gap) / (share * gap) for share in (1.0, 0.5))
+        if abs(idle - omega) <= abs(gap) or not abs(nearer - near) <= _EVEN * near:
+            return None
+        sense = math.copysign(1.0, gap)
+        return straight("idle", 1, sense * (idle - gap), -sense)
+
+    def _acceleration(self, omega: float) -> float:
+        return float(self.driving.at(math.pi, math.pi, omega, 0.0).acceleration)
+
+    def _idling(self, recovery: Trail, end: float) -> Trail:
+        """A recovery that has come near the idling speed, to a time (s): in one step however long that is."""
+        step, offset, anchor = recovery.stretches[-1]
+        state, idle = tuple(map(float, step.last)), self.typical * self.ratio
+        rate, inertia = (
+            self._acceleration(state[1]) / (idle - state[1]),
+            self.driving.at(math.pi, math.pi, idle, 0.0).inertia,
+        )
+        rest = Stretch(Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, end), offset, anchor)
+        return recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
 
     def _period(self, stop_time: float) -> float:
         if self.plan.rate is not None:
@@ -607,31 +656,6 @@ class Strokes:
         return braking
 
 
-def extreme(trail: Trail, value: Callable[[Array, Index], Array]) -> tuple[float, float]:
-    """Time (s) and size of the greatest value along a motion, by its dense output.
-
-    `value` is that at times (s) and the stretches that they lie in. All maxima among instants within each step are refined,
-    each between its neighbours of the same step.
-    """
-    times, owners = trail.within(NODES)
-    values = value(times, owners).reshape(len(trail.stretches), -1)
-    times = times.reshape(values.shape)
-    walled = np.pad(values, ((0, 0), (1, 1)), constant_values=-np.inf)
-    tops = (values >= walled[:, :-2]) & (values >= walled[:, 2:])
-    tops &= values >= values.max() - _TOPS * (values.max() - values.min())
-    step, k = np.nonzero(tops)
-    low, high = times[step, np.maximum(k - 1, 0)], times[step, np.minimum(k + 1, times.shape[1] - 1)]
-
-    def along(grid: Array) -> Array:
-        return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
-
-    finer = summits(along, low, high, 33, 6)
-    best, sample = int(finer.value.argmax()), int(values.argmax())
-    if values.flat[sample] >= finer.value[best]:
-        return float(times.flat[sample]), float(values.flat[sample])
-    return float(finer.place[best]), float(finer.value[best])
-
-
 def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | None = None) -> Phases:
     """The periodic stroke: it ends with the speed of the driving side and the resting angle of the crank at its start.
 
@@ -803,24 +827,6 @@ def until_time(trail: Trail, end: float) -> Trail:
     return trail._replace(stretches=tuple(kept))
 
 
-def slip_heat(leg: Leg, ratio: float) -> float:
-    """The integral of torque times slip, J, by Gauss' rule between all times at which either side or the torque changes.
-
-    Args:
-        leg: in which the clutch slips.
-        ratio: speed of the clutch's shaft over that of the crank.
-
-    """
-    begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
-    edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
-    edges = edges[(edges >= begin) & (edges <= end)]
-    nodes, weights = np.polynomial.legendre.leggauss(10)
-    half = 0.5 * np.diff(edges)[:, None]
-    times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
-    slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
-    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
-
-
 def _load(on: str, law: str, path: str) -> Load:
     """A torque on a shaft by its expression."""
     return Load(on, parse(law), TURN, path=path)
@@ -853,9 +859,8 @@ def check(scene: Scene) -> None:
         defect = f"a flywheel on {scene.flywheel_on}, behind the clutch"
         add("flywheel.on", defect, f"one on {clutch.on} or beyond it, which runs on between strokes")
     if scene.unknown is not None:
-        add(
-            "drive.torque" if scene.unknown == "drive" else f"parameters.{scene.unknown}", '"balance"', "a value, or a motor"
-        )
+        path = "drive.torque" if scene.unknown == "drive" else f"parameters.{scene.unknown}"
+        add(path, '"balance"', "a value, or a motor")
     if scene.drive is not None and not (isinstance(scene.drive.law, Expression) and scene.drive.law.uses_speed):
         add("drive", "a torque that does not depend on speed", "a motor, which brings the flywheel back to its speed")
     if scene.motor is not None and scene.motor.circuit is not None:
@@ -864,20 +869,13 @@ def check(scene: Scene) -> None:
         defect = "a limit on the pulsation of the current together with [single_stroke]"
         add("flywheel.limits.current_pulsation", defect, "limits of torque, heat and irregularity", "leave it out")
     if scene.wheel is not None:
-        add(
-            "flywheel.shape",
-            "a wheel together with [single_stroke]",
-            "inertia or irregularity alone",
-            "flywheel.wheel.choose gives it",
-        )
+        defect, advice = "a wheel together with [single_stroke]", "flywheel.wheel.choose gives it"
+        add("flywheel.shape", defect, "inertia or irregularity alone", advice)
     if scene.compliances:
         add(f"shafts.{next(iter(scene.compliances))}.stiffness", "a compliant shaft together with a clutch", "rigid shafts")
     if plan.brake.on in mine:
-        add(
-            f"{BRAKE}.on",
-            f"a brake on {plan.brake.on}, before the clutch",
-            "one on the crank, or geared to it behind the clutch",
-        )
+        defect = f"a brake on {plan.brake.on}, before the clutch"
+        add(f"{BRAKE}.on", defect, "one on the crank, or geared to it behind the clutch")
     hung = [(each.shaft, each.path) for each in scene.mechanisms] + [(each.on, each.path) for each in scene.springs]
     for on, path in hung:
         if on in mine:

@@ -14,8 +14,8 @@ import flywheel
 from flywheel import SceneError
 from flywheel.cli import main
 from flywheel.motions.single_stroke import brake_for_stop
-from flywheel.motions.stroke_course import course
-from flywheel.motions.strokes import Strokes, periodic, slip_heat
+from flywheel.motions.stroke_course import course, slip_heat
+from flywheel.motions.strokes import Strokes, periodic
 from flywheel.numerics.units import parse_quantity
 from flywheel.page import data
 from flywheel.reference import text
@@ -488,6 +488,19 @@ def test_strokes_in_a_row_turn_the_crank_as_often():
 def test_idle_time_follows_the_standstill():
     found = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="1 s"), rates=False)
     assert found.period - found.stroke_time == pytest.approx(1.0, rel=1e-9)
+
+
+def test_idling_is_an_exponential_however_long_it_lasts():
+    found = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="60 s"), rates=False)
+    recovery = found.phases.recovery
+    assert len(recovery.stretches) < 200  # of 380 turns, each of which a step would end
+    times = np.array([1.0, 3.0, 12.0, 15.0])
+    phi, omega, work = recovery.states(times)
+    begin, left = recovery.start.omega - 40.0, np.exp(-2.0 / J_WHEEL * times)
+    assert omega - 40.0 == pytest.approx(begin * left, rel=1e-4)
+    assert phi == pytest.approx(40.0 * times + begin * (1.0 - left) * J_WHEEL / 2.0, rel=1e-9)
+    assert work == pytest.approx(J_WHEEL / 2.0 * (omega**2 - (40.0 + begin) ** 2), rel=1e-8)
+    assert abs(found.energy_residual) < 1e-8
 
 
 # -- what is refused ---------------------------------------------------------------------------------------------------
