@@ -122,8 +122,8 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
             rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
     if scene.gravity is not None and any(scene.gravity):
         x, y = scene.gravity
-        size, angle = (number(figure(value, most=6)) for value in (hypot(x, y), atan2(y, x) * DEGREES))
-        rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on every body with mass", size=size, angle=angle)))
+        size, angle = units.read(hypot(x, y), "acceleration"), number(figure(atan2(y, x) * DEGREES, most=6))
+        rows.append(Row(_("gravity"), _("{size} at {angle} deg, on every body with mass", size=size, angle=angle)))
     return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(scene, units)))))
 
 

@@ -431,6 +431,7 @@ def test_theme_and_units_are_remembered(page):
     answered(page)
     expected(page.locator("body")).to_have_css("background-color", paper)
     expected(page.locator("#numbers")).to_contain_text("lb ft²")
+    expected(page.locator("#figures-si")).to_be_visible()
     picture(page, "dark-us", full_page=True)
 
 

@@ -113,6 +113,7 @@ export function showPanels(given, system, whole = false) {
   if (given.mechanism) bodies = bodiesOf(given);
   answer = { ...given, bodies };
   units = system;
+  byId("figures-si").hidden = units === "si";
   span();
   const all = panels(answer).map((panel) => (panel.later ? { ...panel, why: reasons.get(panel.id) ?? null } : panel));
   for (const { id, why } of all) reasons.set(id, why);
@@ -223,7 +224,7 @@ function drawn(panel) {
     kept.host.replaceChildren();
   } else if (kept.figure) kept.figure.update(answer);
   else {
-    kept.figure = draw(kept.host, panel.id, answer, { text, number, units });
+    kept.figure = draw(kept.host, panel.id, answer, { text, number });
     kept.figure.move(at);
   }
   kept.why.textContent = panel.why ?? "";
