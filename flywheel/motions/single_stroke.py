@@ -163,7 +163,7 @@ def rate_limit(stroke: SingleStroke) -> Iterator[str]:
         yield _("Beyond its limit at {rate} strokes a minute and more: {what}.", rate=rate, what=share_name(stroke.decides))
         return
     rate = number(figure(60.0 * stroke.greatest_rate, 60.0 * stroke.error["greatest_rate"], 4))
-    yield _("At {rate} strokes a minute the limit is {what}.", rate=rate, what=share_name(stroke.decides))
+    yield _("At {rate} strokes a minute the limit is: {what}.", rate=rate, what=share_name(stroke.decides))
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import numpy as np
 
 from flywheel.language import text as _
 from flywheel.pictures import written
-from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Level, Mark, Part, Row
+from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Level, Mark, Part, Row, peak
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
-from flywheel.tables.rows import RPM
+from flywheel.tables.rows import RPM, place
 
 if TYPE_CHECKING:
     from flywheel.motions.single_stroke import SingleStroke
@@ -56,9 +56,10 @@ def _bands(result: SingleStroke) -> tuple[Band, ...]:
 
 def _speeds(result: SingleStroke, course: Course) -> Row:
     on = result.strokes.clutch.on
-    least = int(course.driving.argmin())
+    least = peak(course.time, course.driving, -1.0)
+    assert least is not None
     slowest = result.speed_least / result.strokes.wheel  # at the clutch's shaft
-    words = {"speed": written(RPM * slowest), "time": written(float(course.time[least]), 4)}
+    words = {"speed": written(RPM * slowest), "time": written(least["at"], 4)}
     lowest = _("least: {speed} rpm at {time} s", **words)
     slip = {"slip": written(result.phases.lock_time, 4), "stop": written(result.phases.stop_time, 4)}
     about = _("The clutch slips for {slip} s; the crank stands after {stop} s.", **slip)
@@ -77,7 +78,7 @@ def _speeds(result: SingleStroke, course: Course) -> Row:
         height=4.4,
         zero=True,
         bands=_bands(result),
-        marks=(Mark("least", float(course.time[least]), slowest, lowest, "blue"),),
+        marks=(Mark("least", least["at"], slowest, lowest, "blue"),),
     )
 
 
@@ -98,8 +99,8 @@ def _torques(result: SingleStroke, course: Course) -> Row:
         unit="N m",
         about=about,
         curves=(
-            Curve("clutch", _("clutch, on {shaft}", shaft=clutch.on), "ink", "-", 1.7),
-            Curve("brake", _("brake, on {shaft}", shaft=brake.on), "purple", "-.", 1.7),
+            Curve("clutch", _("clutch, on {shaft}", shaft=place(clutch.on)), "ink", "-", 1.7),
+            Curve("brake", _("brake, on {shaft}", shaft=place(brake.on)), "purple", "-.", 1.7),
         ),
         height=4.4,
         zero=True,
@@ -111,8 +112,9 @@ def _torques(result: SingleStroke, course: Course) -> Row:
 
 def _energies(result: SingleStroke, course: Course) -> Row:
     spent = float(course.drive_work[-1])
-    most = int(course.wheel_work.argmax())
-    words = {"energy": written(result.wheel_energy), "time": written(float(course.time[most]), 4)}
+    most = peak(course.time, course.wheel_work, 1.0)
+    assert most is not None
+    words = {"energy": written(result.wheel_energy), "time": written(most["at"], 4)}
     note = _("the wheel has given {energy} J at {time} s", **words)
     about = _("The drive gives {energy} J a period.", energy=written(spent, 5, result.error["energy"]["motor"]))
     return Row(
@@ -128,7 +130,7 @@ def _energies(result: SingleStroke, course: Course) -> Row:
         ),
         zero=True,
         bands=_bands(result),
-        marks=(Mark("greatest", float(course.time[most]), result.wheel_energy, note, "blue"),),
+        marks=(Mark("greatest", most["at"], result.wheel_energy, note, "blue"),),
     )
 
 
@@ -148,8 +150,8 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
     omega = turning_moment.speed_over_cycle(cycle, run.speed or sizing.speed, run, np.clip(part.axis.taken, 0.0, None))
     speed, torque = ratio * omega, motor.torque(ratio * omega)
     speeds = np.linspace(0.0, max(motor.covers[1], float(speed.max())), _LIMITS)
-    peak, continuous = motor.peak(speeds), motor.continuous(speeds)
-    top = 1.05 * float(peak.max())
+    greatest, continuous = motor.peak(speeds), motor.continuous(speeds)
+    top = 1.05 * float(greatest.max())
     points = (
         ("least", load.mean_speed, load.rms_torque, load.continuous_share, "green"),
         ("greatest", load.peak_speed, load.peak_torque, load.peak_share, "vermillion"),
@@ -162,7 +164,7 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
         marks.append(Mark(kind, at, value, f"{name}: {place}, {written(100 * share, 3)} % {curve}", colour))
     figures = {
         "speeds": speeds,
-        "peak": peak,
+        "peak": greatest,
         "continuous": continuous,
         "speed": speed,
         "torque": torque,

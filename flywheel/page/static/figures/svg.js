@@ -153,7 +153,7 @@ function tick(value, places, step) {
 
 // -- values at the cursor ---------------------------------------------------------------------------------------------
 
-const NOTHING = 1e-11; // of a curve's largest value: less is rounding
+const NOTHING = 1e-7; // of a curve's largest value: less is rounding, or the instant after a jump
 const SAME = 2e-6; // of the axis: nearer positions are one
 
 const sizes = new WeakMap(); // of a curve: its largest value
