@@ -7,8 +7,9 @@ together, and a mark shows where the approximate one is too light, because that 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import groupby, pairwise
-from math import degrees, isnan
+from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,7 +45,7 @@ from flywheel.pictures.figures import (
     save,
 )
 from flywheel.study.tradeoff import FAMILIES, RESTARTED, MethodRow, Tradeoff, ordered
-from flywheel.tables.rows import plain, printable, short_names
+from flywheel.tables.rows import DEGREES, RPM, plain, printable, short_names
 
 Array = NDArray[np.float64]
 
@@ -214,9 +215,8 @@ def draw_optimum(result: Optimum) -> Figure:
     for k, (path, (low, high)) in enumerate(result.bounds.items()):
         share = 100.0 * (course.numbers[k] - low) / (high - low)
         value = result.numbers[path]
-        quantity = (
-            f"{written(degrees(value))}°" if result.units[path] == "rad" else f"{written(value)} {_unit(result.units[path])}"
-        )
+        factor, unit = _SHOWN.get(result.units[path], (1.0, _unit(result.units[path])))
+        quantity = f"{written(factor * value)}{'' if unit == '°' else ' '}{unit}"
         below.step(x[finite], share[leader][finite], where="post", color=colours[k % len(colours)], lw=1.6,
                    label=f"{short[path]} = {quantity}".rstrip())  # fmt: skip
     name_axes(below, "", "designs in the order in which they were tried", "numbers of the best,\n% of their bounds")
@@ -259,6 +259,7 @@ _MANIFOLD = 10.0  # ratio of values from which on their contours are logarithmic
 _FEW, _FINER = 3000, 3  # designs between which contours are drawn more finely, and how often triangles are halved for it
 _DANGER = "approximate below exact: too light, danger"
 _COLOURS = "cividis"
+_SHOWN = {"rad/s": (RPM, "rpm"), "rad": (DEGREES, "°")}  # of a number in SI: factor and unit of its axis
 
 
 def plot_sweep(result: Sweep, path: str | Path) -> None:
@@ -268,6 +269,8 @@ def plot_sweep(result: Sweep, path: str | Path) -> None:
 
 def draw_sweep(result: Sweep) -> Figure:
     """The picture, not yet written anywhere."""
+    columns = {path: _SHOWN.get(result.units[path], (1.0,))[0] * column for path, column in result.columns.items()}
+    result = replace(result, columns=columns)
     varied = [path for path, column in result.columns.items() if np.ptp(column) > 0.0]
     finite = np.isfinite(result.values[objective(result)])
     if len(varied) == 1 and finite.any():
@@ -280,6 +283,7 @@ def draw_sweep(result: Sweep) -> Figure:
 def _label(result: Sweep, name: str) -> str:
     words = FIGURES[name].about.partition(",")[0] if name in FIGURES else short_names(result.columns)[name]
     unit = result.units.get(name, "").replace("^2", "²")
+    unit = unit if name in FIGURES or unit not in _SHOWN else _SHOWN[unit][1]
     return f"{words}, {unit}" if unit else words
 
 
@@ -428,18 +432,18 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
         share = (result.values["approximate"][finite] - values) / np.maximum(values, 1e-300)
         fine = ground.values(share)
         least = min(2.0 * float(fine.min()), -1.0)
-        area = panel.tricontourf(ground.triangles, fine, levels=[least, -_LIGHTER], colors="none", hatches=["xxx"], zorder=3)
+        area = panel.tricontourf(ground.triangles, fine, levels=[least, -_LIGHTER], colors="none", hatches=["//"], zorder=3)
         area.set_edgecolor(VERMILLION)
         if not light.all():
             panel.tricontour(ground.triangles, fine, levels=[-_LIGHTER], colors=VERMILLION, linewidths=1.6, zorder=4)
-        handles.append(Patch(facecolor="none", edgecolor=VERMILLION, hatch="xxx", lw=1.2, label=_DANGER))
+        handles.append(Patch(facecolor="none", edgecolor=VERMILLION, hatch="//", lw=1.2, label=_DANGER))
     if not finite.all():
         lost = [result.columns[path][~finite] for path in varied]
         (mark,) = panel.plot(*lost, "x", color=GREY, ms=4, label="refused", zorder=2)
         handles.append(mark)
     best = result.argmin(name)
     place = [result.columns[path][best] for path in varied]
-    words = f"least: {written(float(result.values[name][best]), most=4)}"
+    words = f"least: {written(float(result.values[name][best]), most=4)} {_unit(result.units.get(name, ''))}".rstrip()
     (star,) = panel.plot(*place, "*", color=VERMILLION, mec="white", ms=16, label=words, zorder=6, clip_on=False)
     made.legend(handles=[star, *handles], loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     for axis, path in (("x", varied[0]), ("y", varied[1])):

@@ -469,7 +469,8 @@ def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
     steady, when = transient.regime_speed, transient.time_to_regime
     if steady is None:
         return
-    label = _("regime, mean over time: {speed} {unit}", speed=written(steady), unit="m/s" if sliding else "rad/s")
+    speed, unit = (steady, "m/s") if sliding else (RPM * steady, "rpm")
+    label = _("regime, mean over time: {speed} {unit}", speed=written(speed), unit=unit)
     axis.axhline(steady, color=GREY, lw=1.0, ls="--", label=label)
     if when is not None and when > 0.0:
         axis.plot(
@@ -489,7 +490,7 @@ def _draw_torque(axis: Axes, transient: Transient, samples: Samples) -> None:
         axis.plot(samples.t, samples.drive * ratio, color=ORANGE, ls="--", lw=1.6, label=drive)
     axis.axhline(0.0, color=GREY, lw=0.8)
     axis.set_ylabel(_("force, N") if sliding else _("torque, N m"))
-    axis.legend(loc="best", fontsize=9)
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=9, frameon=False)
 
 
 def _draw_energy(axis: Axes, transient: Transient, samples: Samples) -> None:

@@ -699,7 +699,8 @@ def test_every_panel_has_its_unit_and_its_curve(axes):
 
 def test_the_regime_and_when_it_is_nearly_reached_are_marked(axes):
     legend = [text.get_text() for text in axes[0].get_legend().get_texts()]
-    assert legend[0].startswith("regime, mean over time: 192")
+    assert legend[0].startswith("regime, mean over time: 18")
+    assert legend[0].endswith(" rpm")
     assert legend[1].startswith("95 % of it after 1.91")
 
 
