@@ -14,6 +14,7 @@ import numpy as np
 
 from bondgraph.numerics import root, summit
 from flywheel.components import press_work
+from flywheel.components.motors import Motor
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
@@ -71,7 +72,7 @@ _NO_CYCLE = (
 _NO_FLYWHEELS = "approximate", "approximate_total", "inertia_torque", "needed"
 _NULL = "a machine that works stroke by stroke has no steady cycle: its crank stands still between strokes"
 _TIME = "time of the stroke"
-_MOTOR_SHARES = "motor torque", "motor heat"
+_MOTOR_TORQUE, _MOTOR_HEAT = "motor torque", "motor heat"
 _HOUR = 3600.0
 _NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SAFETY, _CARRIED = 2.0, 1.5
@@ -371,7 +372,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
         coarse = temperature(strokes, driving_sides(strokes, tight.phases), 2)
         error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
     if tight.figures["keeps_up"] is not None:
-        error["keeps_up"] = max(error["shares"][name] for name in _MOTOR_SHARES if name in tight.shares)
+        error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
     return error
 
 
@@ -422,7 +423,8 @@ class _Run(NamedTuple):
         """The speeds of a stroke that returns."""
         energy = _energy(strokes, phases)
         figures = _figures(strokes, phases, energy)
-        return cls(phases, figures, _shares(strokes, phases, figures), energy)
+        shares = {name: figures[key] / limit for name, (key, limit) in load_limits(strokes, figures).items()}
+        return cls(phases, figures, shares, energy)
 
 
 def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> dict[str, Any]:
@@ -434,7 +436,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
     drive = drive_load(strokes, sides, phases.period)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
-    within = [share <= 1.0 for share in _motor_shares(strokes, drive).values()]
+    within = [(drive[key] or 0.0) <= limit for key, limit in _motor_limits(strokes.scene.motor, drive).values()]
     return {
         "period": phases.period,
         "rate": plan.continuous / phases.period,
@@ -520,41 +522,33 @@ def _while_locked(strokes: Strokes, phases: Phases, near: float | None = None) -
     }
 
 
-def _motor_shares(strokes: Strokes, load: Mapping[str, Any]) -> dict[str, float]:
-    """The motor's torque and heat over time over its rated ones; empty without a rated point."""
-    motor = strokes.scene.motor
+def _motor_limits(motor: Motor | None, load: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
+    """The figures of the motor's torque and heat over time, with its rated ones; empty without a rated point."""
     if motor is None or motor.rated is None:
         return {}
-    torque, warmth = _MOTOR_SHARES
-    loads = {torque: load["motor_torque_rms"] / motor.rated.torque}
+    limits = {_MOTOR_TORQUE: ("motor_torque_rms", motor.rated.torque)}
     if load["motor_heat"] is not None:
-        loads[warmth] = load["motor_heat"] / motor.rated_total_heat
-    return loads
+        limits[_MOTOR_HEAT] = "motor_heat", motor.rated_total_heat
+    return limits
 
 
-def _shares(strokes: Strokes, phases: Phases, figures: Mapping[str, Any]) -> dict[str, float]:
-    """The loads that have limits, over these limits."""
-    clutch, brake = strokes.clutch, strokes.brake
-    shares, motor = _motor_shares(strokes, figures), strokes.scene.motor
+def load_limits(strokes: Strokes, figures: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
+    """The loads that have limits: the key of each one's figure, and its limit."""
+    clutch, brake, motor = strokes.clutch, strokes.brake, strokes.scene.motor
+    limits = _motor_limits(motor, figures)
     if motor is not None and motor.thermal is not None:
-        shares["motor temperature"] = figures["temperature"] / motor.thermal.limit
+        limits["motor temperature"] = "temperature", motor.thermal.limit
     if motor is not None and motor.inverter is not None and figures["inverter_current"] is not None:
-        shares["inverter current"] = figures["inverter_current"] / motor.inverter.overcurrent
+        limits["inverter current"] = "inverter_current", motor.inverter.overcurrent
         if motor.inverter.chopper_power is not None:
-            shares["braking resistor"] = figures["power_returned"] / motor.inverter.chopper_power
-    shares["clutch torque"] = figures["clutch_torque"] / clutch.static_torque
-    hot = (
-        ("clutch_heat", clutch, "clutch heat a stroke", "clutch heat an hour"),
-        ("brake_heat", brake, "brake heat a stroke", "brake heat an hour"),
-    )
-    for heat, part, stroke, hour in hot:
-        if part.heat_per_stroke is not None:
-            shares[stroke] = figures[heat] / part.heat_per_stroke
-        if part.heat_per_hour is not None:
-            shares[hour] = figures[f"{heat}_per_hour"] / part.heat_per_hour
-    shares["brake at rest"] = figures["holding_torque"] / brake.torque
-    shares[_TIME] = phases.stop_time / phases.period
-    return shares
+            limits["braking resistor"] = "power_returned", motor.inverter.chopper_power
+    limits["clutch torque"] = "clutch_torque", clutch.static_torque
+    for part, of in (("clutch", clutch), ("brake", brake)):
+        if of.heat_per_stroke is not None:
+            limits[f"{part} heat a stroke"] = f"{part}_heat", of.heat_per_stroke
+        if of.heat_per_hour is not None:
+            limits[f"{part} heat an hour"] = f"{part}_heat_per_hour", of.heat_per_hour
+    return limits | {"brake at rest": ("holding_torque", brake.torque), _TIME: ("stroke_time", figures["period"])}
 
 
 # -- energy ------------------------------------------------------------------------------------------------------------
@@ -739,10 +733,9 @@ def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str
     extra = {IRREGULARITY: speed_extremes(sides)[0].irregularity} if IRREGULARITY in names else {}
     if motor is not None and motor.rated is not None and names != [*extra]:
         load = drive_load(strokes, sides, phases.period)
-        shares = _motor_shares(strokes, load)
         extra["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
-        rows = zip(("motor_rms", "motor_heat"), _MOTOR_SHARES, strict=True)
-        extra |= {name: shares[own] for name, own in rows if own in shares}
+        rated = zip(("motor_rms", "motor_heat"), _motor_limits(motor, load).values(), strict=False)
+        extra |= {name: (load[key] or 0.0) / limit for name, (key, limit) in rated}
     return {name: extra[name] for name in names}
 
 

@@ -7,7 +7,15 @@ from collections.abc import Iterable, Iterator
 
 from flywheel.language import message, number
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, FINDINGS, SingleStroke, brake_for_stop, rate_limit, share_name
+from flywheel.motions.single_stroke import (
+    BY_KEY,
+    FINDINGS,
+    SingleStroke,
+    brake_for_stop,
+    load_limits,
+    rate_limit,
+    share_name,
+)
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.drive import trip_messages
@@ -45,20 +53,6 @@ _OF_DRIVE = (
     *("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature"),
     *("inverter_current", "power_returned", "greatest_rate"),
 )
-_LOADS = {  # the figure of each load that has a limit
-    "motor torque": "motor_torque_rms",
-    "motor heat": "motor_heat",
-    "motor temperature": "temperature",
-    "inverter current": "inverter_current",
-    "braking resistor": "power_returned",
-    "clutch torque": "clutch_torque",
-    "clutch heat a stroke": "clutch_heat",
-    "clutch heat an hour": "clutch_heat_per_hour",
-    "brake heat a stroke": "brake_heat",
-    "brake heat an hour": "brake_heat_per_hour",
-    "brake at rest": "holding_torque",
-    "time of the stroke": "stroke_time",
-}
 _PERCENT = 100.0
 
 
@@ -143,11 +137,13 @@ def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
 
 def _shares(result: SingleStroke, system: TradeUnits) -> Block:
     """Loads over their limits, each with its figure and its limit, and the limits exceeded."""
-    rows = []
+    rows, limits = [], load_limits(result.strokes, result.figures)
     for name, share in result.shares.items():
-        one, value, error = BY_KEY[_LOADS[name]], float(result.figures[_LOADS[name]] or 0.0), result.error["shares"][name]
-        reached, limit = (shown(one, each, 1e-4 * each, system) for each in (value, value / (share or 1.0)))
-        note = _("{value} of {limit}", value=reached, limit=limit) if share else ""
+        key, most = limits[name]
+        reached, limit = (
+            shown(BY_KEY[key], each, 1e-4 * each, system) for each in (float(result.figures[key] or 0.0), most)
+        )
+        note, error = _("{value} of {limit}", value=reached, limit=limit), result.error["shares"][name]
         rows.append(Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * error), "%", note))
     beyond = ", ".join(share_name(name) for name, share in result.shares.items() if share > 1.0)
     within = (

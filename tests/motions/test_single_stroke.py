@@ -647,6 +647,12 @@ def test_the_report_has_every_figure_with_its_formula(tmp_path):
     found = flywheel.single_stroke(rotor(single_stroke__approach="2 m/s", brake__0__rise="20 ms"), 1e-6)
     worked = contents.worked(found)
     assert (document.untraced(worked), document.unreproduced(worked)) == ([], [])
+    sections = [part for part in worked.parts if isinstance(part, document.Section)]
+    tables = [part for section in sections for part in section.parts if isinstance(part, document.Table)]
+    (loads,) = (table for table in tables if table.caption == "Loads over their limits")
+    for _, value, limit, share in loads.rows:
+        assert share.value == pytest.approx(value.value / limit.value)
+    assert loads.rows[-2][2].value == BRAKE
     found.report(tmp_path / "stroke.html", language="es")
     page = (tmp_path / "stroke.html").read_text()
     for words in ("La carrera que se repite", "ISO 13855", "Lo que soporta", "el embrague patina"):
