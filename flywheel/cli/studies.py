@@ -276,6 +276,29 @@ def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, 
     return intervals
 
 
+def choices(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    """Values to choose from by path: a list, whole numbers LOW:HIGH, or the motors of a table by their names."""
+    from flywheel.numerics.faults import SceneError
+    from flywheel.reading.catalogue import read_catalogue
+
+    lists = dict[str, Any]()
+    for text in texts:
+        path, equals, values = (part.strip() for part in text.partition("="))
+        if not equals or not path or not values or path in lists:
+            raise click.BadParameter(f"{text!r} is not a path, once, with its values: flywheel.arms=4,5,6 or 4:6.")
+        ends = values.split(":")
+        if values.lower().endswith(".csv"):
+            try:
+                lists[path] = {motor.name: dict(motor.table) for motor in read_catalogue(values).motors}
+            except (SceneError, OSError) as error:
+                raise click.BadParameter(str(error)) from None
+        elif len(ends) == 2 and all(end.strip().isdecimal() for end in ends):
+            lists[path] = list(range(int(ends[0]), int(ends[1]) + 1))
+        else:
+            lists[path] = [_value(part.strip()) for part in values.split(",")]
+    return lists
+
+
 def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, tuple[Any, Any]]:
     """Limits of figures from `power<=5kW`, `power >= 2 kW` or `2kW <= power <= 5kW`, those of one figure together."""
     bounds: dict[str, tuple[Any, Any]] = {}
@@ -428,9 +451,16 @@ def tolerance(
     "--over",
     callback=spans,
     multiple=True,
-    required=True,
     metavar="PATH=LOW:HIGH",
     help="A number of the scene and its bounds, such as mechanism.rod.length=400mm:800mm; repeatable.",
+)
+@click.option(
+    "--choose",
+    callback=choices,
+    multiple=True,
+    metavar="PATH=VALUE,VALUE|LOW:HIGH",
+    help='Values to choose from, such as "flywheel.material=grey cast iron,carbon steel"; whole numbers, flywheel.arms=4:8; '
+    "motors of a table, drive.motor=motors.csv; repeatable, all combinations.",
 )
 @click.option(
     "--subject-to",
@@ -448,6 +478,7 @@ def tolerance(
     help="Number of searches, each from another design.",
 )
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Seed of the first designs.")
+@_JOBS
 @json_flag()
 @plot_option("Draw the course of the search.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
@@ -456,9 +487,11 @@ def optimize(
     minimize: str | None,
     maximize: str | None,
     over: dict[str, Any],
+    choose: dict[str, Any],
     limits: dict[str, tuple[Any, Any]],
     starts: int,
     seed: int,
+    jobs: int | None,
     as_json: bool,
     plot: Path | None,
     engine: str | None,
@@ -470,6 +503,10 @@ def optimize(
     """
     if (minimize is None) == (maximize is None):
         raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
+    if not (over or choose):
+        raise click.UsageError("Give --over PATH=LOW:HIGH or --choose PATH=VALUE,VALUE.")
+    if plot is not None and not over:
+        raise click.UsageError("--plot draws the search over numbers: give --over PATH=LOW:HIGH.")
     spare(scene, plot)
     with reported(scene):
         from flywheel.designs import optimum as study
@@ -477,8 +514,8 @@ def optimize(
         from flywheel.tables.rows import encoded
 
         options: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
-        machine_scene = loaded(scene)
-        with _arguments(over, limits):
+        machine_scene, options = loaded(scene), options | {"choose": choose, "jobs": jobs or 1, "progress": None}
+        with _arguments(over, limits, choose, {"choose": None}):
             result = study.optimize(machine_scene, minimize, **options, engine=engine)
         if plot is not None:
             from flywheel.pictures import designs as picture

@@ -3,21 +3,27 @@
 Quasi-random designs first, then searches from the best of them (`flywheel.numerics.optima`); the best of all is sized by
 itself, designs around it must not be better, and slopes around it must show no descent. The wheel keeps its allowable
 stress, and the messages of `size` on the design are those of the optimum.
+
+Whole numbers, materials, motors: each combination of the values to choose from has its own searches, so that none is missed.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from math import inf, isfinite
+from collections.abc import Callable, Collection, Iterator, Mapping
+from concurrent.futures import BrokenExecutor
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
+from math import inf, isfinite, prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.designs.figures import figures_of
+from flywheel.designs.figures import ENGINES, figures_of, progress_bar, worker_pool
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
@@ -26,7 +32,7 @@ from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum, unit_points
 from flywheel.numerics.units import figure
-from flywheel.reading.paths import by_path, dotted, with_numbers
+from flywheel.reading.paths import by_path, dotted, numbers, with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
@@ -43,6 +49,7 @@ _VALUE_TIE = 1e-6  # relative: values of optima that are one
 _GAIN_ROUNDING = 1e-12
 _SLOPE_LIMIT = 5 * STATIONARY  # from which on a design is no optimum
 _SLOPE_PER_ERROR = 2e7  # more of it by the figures' errors
+_MOST_COMBINATIONS = 10_000
 _REASONS = 3  # of refused designs that are given
 _DIGITS = re.compile(r"\d[\d.e+-]*")
 _NOISE_LIMIT, _STEP_BACK = 1e-2, 1e-5  # slope at most that errors may explain; of the bounds: a step back from one
@@ -81,6 +88,14 @@ class SearchCourse(NamedTuple):
     search: NDArray[np.int64]
 
 
+class Alternative(NamedTuple):
+    """The best design with one combination of choices: their texts by path, figure (None without a design) or reason."""
+
+    choices: dict[str, str]
+    value: float | None
+    reason: str = ""
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Optimum:
     """The best design within bounds (SI).
@@ -90,7 +105,8 @@ class Optimum:
     agrees, none of the `around` designs beside it is better, and separate slopes show no descent; `descent` is the steepest
     they show (change as a share of the figure per share of the bounds). `starts` are the searches' ends, `refused` counts
     designs within the bounds that are no machines, by reason, `messages` those of the search, then those of the design's
-    sizing. If the user `interrupted` the search, it is the best design until then, and not confirmed.
+    sizing. If the user `interrupted` the search, it is the best design until then, and not confirmed. `choices` are the
+    values chosen, as texts, and `alternatives` all combinations of them, the best first.
     """
 
     scene: Scene
@@ -119,6 +135,8 @@ class Optimum:
     messages: tuple[str, ...]
     designs: int
     interrupted: bool = False
+    choices: Mapping[str, str] = field(default_factory=dict)
+    alternatives: tuple[Alternative, ...] = ()
 
     def __repr__(self) -> str:
         """Objective, its value, and the numbers."""
@@ -162,6 +180,8 @@ class Optimum:
             "starts": list(self.starts),
             "designs": self.designs,
             "interrupted": self.interrupted,
+            "choices": dict(self.choices),
+            "alternatives": [alternative._asdict() for alternative in self.alternatives],
             "messages": list(self.messages),
         }
 
@@ -171,22 +191,27 @@ def optimize(
     minimize: str | None = None,
     *,
     maximize: str | None = None,
-    over: Mapping[str, Any],
+    over: Mapping[str, Any] | None = None,
+    choose: Mapping[str, Any] | None = None,
     subject_to: Mapping[str, Any] | None = None,
     samples: int = _SAMPLES,
     starts: int = _STARTS,
     seed: int = 0,
     rtol: float = _RTOL,
     engine: str | None = None,
+    jobs: int = 1,
+    progress: bool | None = False,
 ) -> Optimum:
     """The numbers of a scene within bounds that make a figure least (or greatest) while limits are kept.
 
     Args:
         scene: one that was read.
-        minimize: a figure by its name (`flywheel.exact`, `flywheel.mass`, `power`), or an expression of several and of the
-            numbers that vary (`reduced_inertia_greatest - reduced_inertia_least`).
+        minimize: a figure by its name (`flywheel.exact`, `flywheel.mass`, `power`), or an expression of several and of
+            numbers of the scene (`mass + 0.009*drive.motor.power`).
         maximize: the same, to be made greatest.
         over: of each path the bounds (low, high); SI, or texts with units.
+        choose: of each path the values to choose from, in a list, or by their names in a mapping: whole numbers, texts or
+            tables of the scene. Every combination is searched by itself.
         subject_to: of figures or expressions the limits (low, high), None if open. The allowable stress of a wheel in the
             scene is always kept.
         samples: quasi-random designs among which searches begin, a power of two.
@@ -194,6 +219,8 @@ def optimize(
         seed: of the designs.
         rtol: required relative error of the figures.
         engine: as of a sweep.
+        jobs: number of worker processes among which the combinations are divided.
+        progress: true to show a bar of them on standard error; default: if that is a terminal.
 
     Raises:
         SceneError: for a missing path or figure, invalid bounds, no valid design, and limits that no design keeps, with the
@@ -211,12 +238,116 @@ def optimize(
     if (minimize is None) == (maximize is None):
         request = "nothing to minimize" if minimize is None else "minimize together with maximize"
         raise SceneError([Fault("minimize", request, "one figure, to minimize or to maximize")])
-    require("over", over, Mapping, "paths of numbers, each with its bounds (low, high)")
-    over = by_path(over)
-    family = Variation(scene, over, rtol, engine)
-    aim = "minimize" if maximize is None else "maximize"
-    problem = _Optimization(family, aim, minimize if maximize is None else maximize, _bounds(family, over), subject_to or {})
+    aim, objective = ("minimize", minimize) if maximize is None else ("maximize", maximize)
+    require("over", over or {}, Mapping, "paths of numbers, each with its bounds (low, high)")
+    combinations = _combinations(choose or {})
+    search = partial(
+        _searched,
+        aim=aim,
+        objective=objective,
+        over=by_path(over or {}),
+        limits=subject_to or {},
+        samples=samples,
+        starts=starts,
+        seed=seed,
+        rtol=rtol,
+        engine=engine,
+        fixed=bool(combinations),
+    )
+    if not combinations:
+        return search(scene)
+    alternatives = list[Alternative]()
+    best_with = partial(_alternative, scene, search)
+    with progress_bar(len(combinations), progress, "combinations") as bar, suppress(KeyboardInterrupt):
+        if jobs > 1:
+            with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
+                for alternative in pool.map(best_with, combinations):
+                    alternatives.append(alternative)
+                    bar(1)
+        for combination in combinations[len(alternatives) :]:
+            alternatives.append(best_with(combination))
+            bar(1)
+    sign = 1.0 if maximize is None else -1.0
+    order = sorted(range(len(alternatives)), key=lambda k: _order(alternatives[k], sign))
+    best = combinations[order[0]] if order else combinations[0]
+    optimum = search(scene.with_(best.values))  # where no combination has a design, it is refused here
+    missing = len(combinations) - len(alternatives)
+    said = (f"interrupted: {missing} of {len(combinations)} combinations were not searched",) if missing else ()
+    return replace(
+        optimum,
+        choices=best.names,
+        alternatives=tuple(alternatives[k] for k in order),
+        interrupted=optimum.interrupted or bool(missing),
+        confirmed=optimum.confirmed and not missing,
+        messages=(*said, *optimum.messages),
+    )
+
+
+class _Combination(NamedTuple):
+    """Values to choose, by path: their names, and themselves."""
+
+    names: dict[str, str]
+    values: dict[str, Any]
+
+
+def _combinations(choose: Mapping[str, Any]) -> list[_Combination]:
+    """All combinations of values to choose from, the last path varying fastest."""
+    require("choose", choose, Mapping, "paths, each with the values to choose from")
+    named, faults = dict[str, dict[str, Any]](), list[Fault]()
+    for path, values in by_path(choose).items():
+        if isinstance(values, str) or not isinstance(values, Collection) or not len(values):
+            faults.append(Fault(path, show(values) if values else "nothing", "a list of values to choose from"))
+        else:
+            named[path] = dict(values) if isinstance(values, Mapping) else {str(value): value for value in values}
+    if (count := prod(map(len, named.values()))) > _MOST_COMBINATIONS:
+        faults.append(Fault("choose", f"{count} combinations", f"at most {_MOST_COMBINATIONS}"))
+    refuse(faults)
+    if not named:
+        return []
+    every = product(*(values.items() for values in named.values()))
+    return [_Combination(*(dict(zip(named, part, strict=True)) for part in zip(*items, strict=True))) for items in every]
+
+
+def _alternative(scene: Scene, search: Callable[[Scene], Optimum], combination: _Combination) -> Alternative:
+    """The best figure with a combination of choices, or the reason why there is none."""
+    try:
+        optimum = search(scene.with_(combination.values))
+    except SceneError as error:
+        return Alternative(combination.names, None, "; ".join(map(str, error.faults[:2])))
+    if optimum.interrupted:
+        raise KeyboardInterrupt
+    return Alternative(combination.names, optimum.value)
+
+
+def _order(alternative: Alternative, sign: float) -> float:
+    """The key of the order of alternatives: the best first, those without a design last."""
+    return inf if alternative.value is None else sign * alternative.value
+
+
+def _searched(
+    scene: Scene,
+    *,
+    aim: str,
+    objective: str | None,
+    over: Mapping[str, Any],
+    limits: Mapping[str, Any],
+    samples: int,
+    starts: int,
+    seed: int,
+    rtol: float,
+    engine: str | None,
+    fixed: bool,
+) -> Optimum:
+    """The best design over numbers within bounds, for one combination of choices."""
+    family = Variation(scene, over, rtol, engine if over else ENGINES[-1], fixed=fixed)
+    problem = _Optimization(family, aim, objective, _bounds(family, over), limits)
     ends = list[Array]()
+    if not over:  # one design
+        formulas = problem.objective, *(limit.formula for limit in problem.constraints)
+        own = family.centre()
+        family.there(own, [name for formula in formulas for name in formula.figures()])
+        problem.record(np.empty((0, 1)), np.array([[figures_of(own)[name][0]] for name in NAMES]))
+        return _optimum(problem, _best(problem, ends), ends, 0)
     try:
         surveyed = _survey(problem, samples, seed)
         for start in _starts(problem, surveyed, max(starts, 1)):
@@ -235,7 +366,7 @@ def optimize(
 
 
 class _FigureFormula:
-    """A figure, or an expression of figures and of numbers that vary."""
+    """A figure, or an expression of figures and of numbers of the scene, some of which vary."""
 
     def __init__(self, family: Variation, text: object, path: str) -> None:
         self.text, self.names = dotted(text) if isinstance(text, str) else "", dict[str, str]()
@@ -246,8 +377,9 @@ class _FigureFormula:
             return
         self.figure, self.unit, self.title = None, "", self.text
         names = {**{name: name for name in BY_NAME}, **{number: number for number in family.paths}}
-        words = [word for word in _NAME.findall(self.text) if word in names]
-        if not words:
+        self.fixed = {each: number.value for each, number in numbers(family.scene).items() if each not in names}
+        words = [word for word in _NAME.findall(self.text) if word in names or word in self.fixed]
+        if not any(word in names for word in words):
             self._refuse(path, text, names)
         self.names = {word: f"n{k}" for k, word in enumerate(dict.fromkeys(words))}
         plain = _NAME.sub(lambda match: self.names.get(match.group(), match.group()), self.text)
@@ -257,7 +389,7 @@ class _FigureFormula:
             for word in _NAME.findall(self.text):
                 if word in error.found and word not in names:
                     self._refuse(path, word, names)
-            what = "an expression of figures, and of numbers that vary"
+            what = "an expression of figures, and of numbers of the scene"
             raise SceneError([Fault(path, show(self.text), what, f"{error.found}: expected {error.expected}")]) from None
 
     def _refuse(self, path: str, name: object, names: Mapping[str, str]) -> None:
@@ -270,11 +402,11 @@ class _FigureFormula:
         """The values at designs."""
         if self.figure is not None:
             return np.asarray(values[NAMES.index(self.figure)])
+        known = self.fixed | dict(zip(family.paths, columns, strict=True))
         arguments = {
-            own: columns[family.paths.index(word)] if word in family.paths else values[NAMES.index(BY_NAME[word])]
-            for word, own in self.names.items()
+            own: known[word] if word in known else values[NAMES.index(BY_NAME[word])] for word, own in self.names.items()
         }
-        return np.asarray(self.expression.evaluate(arguments, np) + 0.0 * columns[0], dtype=float)
+        return np.asarray(self.expression.evaluate(arguments, np) + np.zeros(columns.shape[1]), dtype=float)
 
     def figures(self) -> list[str]:
         """The figures that it needs."""
@@ -392,7 +524,7 @@ def _bounds(family: Variation, over: Mapping[str, Any]) -> Array:
             faults.append(Fault(path, f"bounds from {low:g} to {high:g}", "the lower one first"))
         rows.append((low, high))
     refuse(faults)
-    return np.array(rows).T
+    return np.array(rows, float).reshape(-1, 2).T
 
 
 def _constraint(family: Variation, name: str, pair: Any) -> _Constraint:
@@ -459,15 +591,16 @@ def _best(problem: _Optimization, ends: list[Array]) -> Array:
         rows = problem.rows(columns)
         return np.where(np.isnan(rows).any(axis=0), np.nan, rows[1:].max(axis=0))[None]
 
-    ends.append(problem.minimum(best, breach))
-    best, row = problem.best()
-    if (row[1:] <= KEPT).all():
-        return problem.minimum(best)
+    if best.size:
+        ends.append(problem.minimum(best, breach))
+        best, row = problem.best()
+        if (row[1:] <= KEPT).all():
+            return problem.minimum(best)
     nearest = min(problem.points, key=lambda point: np.nan_to_num(point[1][1:], nan=np.inf).max())
     column = nearest[0][:, None]
     values, _ = problem.family(column)
     pairs = zip(problem.family.paths, nearest[0].tolist(), strict=True)
-    numbers = ", ".join(f"{path} = {figure(value, most=6)}{_unit(problem.family, path)}" for path, value in pairs)
+    where = ", ".join(f"{path} = {figure(value, most=6)}{_unit(problem.family, path)}" for path, value in pairs)
     faults = []
     for limited in problem.constraints:
         value = float(limited.formula(problem.family, column, values)[0])
@@ -475,7 +608,7 @@ def _best(problem: _Optimization, ends: list[Array]) -> Array:
         if over or (limited.low is not None and value < limited.low - KEPT * limited.size):
             limit = _limit(problem, limited, nearest[0], values)
             unit = limit.unit and f" {limit.unit}"
-            nearest_value = f"{figure(limit.value, most=6)}{unit} at the best, where {numbers}"
+            nearest_value = f"{figure(limit.value, most=6)}{unit} at the best{where and f', where {where}'}"
             advice = "widen bounds, or take another material or shape" if limited.implied else "widen bounds, or the limit"
             faults.append(Fault(f"subject_to {limit.name}", nearest_value, limit.text, advice))
     raise SceneError(faults)
@@ -518,7 +651,7 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         abs(alone[name][0] - values[finite[name], 0]) <= 2 * errors[finite[name], 0] + _GAIN * abs(values[finite[name], 0])
         for name in problem.objective.figures()
     )
-    slope, noise = problem.descent(best), error / max(abs(value), 1e-300)
+    slope, noise = problem.descent(best) if best.size else 0.0, error / max(abs(value), 1e-300)
     stationary = slope <= _SLOPE_LIMIT + min(_SLOPE_PER_ERROR * noise, _NOISE_LIMIT)
     rows = np.array([row for _, row, _ in problem.points]).T
     reached = tuple(sign * float(problem.rows(end[:, None])[0, 0]) for end in ends)
@@ -530,7 +663,12 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
     }
     limits = tuple(_limit(problem, limit, best, values) for limit in problem.constraints)
     own: float | None = None
-    if len(problem.points) and np.array_equal(problem.points[0][0], family.nominal) and isfinite(problem.points[0][1][0]):
+    if (
+        best.size
+        and len(problem.points)
+        and np.array_equal(problem.points[0][0], family.nominal)
+        and isfinite(problem.points[0][1][0])
+    ):
         own = sign * float(problem.points[0][1][0])
     course = SearchCourse(
         np.array([point for point, _, _ in problem.points]).T,
@@ -538,8 +676,8 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         np.asarray((rows[1:] <= KEPT).all(axis=0) & np.isfinite(rows[0])),
         np.array([search for _, _, search in problem.points]),
     )
-    refused, said = problem.refused, [interrupted]
-    if not interrupted:
+    refused, said = problem.refused, [interrupted] if interrupted else []
+    if best.size and not interrupted:
         doubts = _doubts(problem, reached, better, agree=agree, slope=0.0 if stationary else slope)
         said = [*_messages(problem, best, at_bounds, limits, rows), *doubts]
     return Optimum(
@@ -561,7 +699,7 @@ def _optimum(problem: _Optimization, best: Array, ends: list[Array], better: int
         figure_units={name: family.unit(name) for name in finite},
         sizing=sizing,
         confirmed=agree and stationary and not better and not interrupted,
-        around=2 * len(_ASIDE) * len(best) + _SCATTERED,
+        around=2 * len(_ASIDE) * len(best) + _SCATTERED if best.size else 0,
         descent=slope,
         starts=reached,
         course=course,

@@ -99,10 +99,13 @@ class Variation:
         paths: of the numbers that vary; SceneError for one that does not exist, with the nearest.
         rtol: required relative error of every figure.
         engine: as for a sweep.
+        fixed: true if there may be no number that varies, and a single design.
 
     """
 
-    def __init__(self, scene: Scene, paths: Iterable[str], rtol: float = RTOL, engine: str | None = None) -> None:
+    def __init__(
+        self, scene: Scene, paths: Iterable[str], rtol: float = RTOL, engine: str | None = None, *, fixed: bool = False
+    ) -> None:
         all_numbers, faults = numbers(scene), rtol_faults(rtol)
         self.scene, self.rtol, self.engine = scene, rtol, ENGINES[0] if engine is None else engine
         self.paths = tuple(dict.fromkeys(dotted(str(path)) for path in paths))
@@ -110,7 +113,7 @@ class Variation:
             if path not in all_numbers:
                 missing = "no number of the scene"
                 faults.append(Fault(path or "paths", missing, "the path of one", suggestion(path, all_numbers)))
-        if not self.paths:
+        if not self.paths and not fixed:
             faults.append(Fault("paths", "none", f"paths of numbers, such as {next(iter(all_numbers), 'regime.speed')}"))
         faults += name_faults("engine", self.engine, dict.fromkeys(ENGINES))
         refuse(faults)
@@ -218,6 +221,7 @@ class Variation:
                 batch.values[name][k], batch.errors[name][k] = np.nan if value is None else value, wrong
         return batch
 
+    @np.errstate(invalid="ignore")  # the safety of a wheel that is not needed is infinite
     def _error(self, name: str, batch: Batch) -> Array:
         """The absolute error of a figure: of a flywheel relative to the total, of an area to the work exchanged."""
         value = np.abs(batch.values[name])

@@ -27,6 +27,7 @@ from flywheel.tables.sizing import remarks
 WIDTH = 80
 _DIGITS = 6
 _REASONS = 4
+_MOST_ALTERNATIVES = 12  # combinations of choices that are shown
 _IN_TABLE = ("exact", "approximate", "irregularity", "power", "balance")
 _OF_BEST = ("exact", "approximate", "inertia_torque", "irregularity", "speed", "balance", "power", "energy_fluctuation",
             "mass", "wheel.stress", "wheel.safety")  # fmt: skip
@@ -429,16 +430,32 @@ def optimum_text(optimum: Optimum) -> str:
     said = [_sentence(message) for message in optimum.messages]
     said += [f"Remark: {remark}" for remark in remarks(optimum.sizing)]
     said += [] if motor is None or optimum.sizing.energy is None else warnings(optimum.sizing, motor)
-    said += [confirmed] if optimum.confirmed else []
-    said.append(f"{optimum.designs} designs, {len(optimum.starts)} search{'' if len(optimum.starts) == 1 else 'es'}.")
+    said += [confirmed] if optimum.confirmed and optimum.numbers else []
+    effort = f"{optimum.designs} designs, {len(optimum.starts)} search{'' if len(optimum.starts) == 1 else 'es'}."
+    said.append(f"Of {len(optimum.alternatives)} combinations the best: {effort}" if optimum.alternatives else effort)
     return paragraphs(
         (
-            [*head, *_cut(columns(rows, ("", "best", "", "bounds", "")))],
+            [*head, *_cut(columns(rows, ("", "best", "", "bounds", ""))), *_choices(optimum)],
             ["Limits", *_cut(columns(limits))] if limits else [],
             ["The best design", *_cut(columns(figures))],
             [line for sentence in said for line in _wrapped(sentence)],
         )
     )
+
+
+def _choices(optimum: Optimum) -> list[str]:
+    """The combinations of choices with the best figure of each, the first few, and the others counted by reason."""
+    if not optimum.alternatives:
+        return []
+    named = [alternative for alternative in optimum.alternatives if alternative.value is not None]
+    rows = [(*each.choices.values(), figure(each.value or 0.0, most=8)) for each in named[:_MOST_ALTERNATIVES]]
+    said = [f"and {len(named) - len(rows)} more combinations"] if len(named) > len(rows) else []
+    reasons = [alternative.reason for alternative in optimum.alternatives if alternative.value is None]
+    kinds = {re.sub(r"\d[\d.e+-]*", "#", reason): reason for reason in reversed(reasons)}
+    counts = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in reasons)
+    said += [f"{count} without a design: {kinds[kind]}" for kind, count in counts.most_common(_REASONS)]
+    head = (*optimum.choices, f"{optimum.objective}{optimum.unit and f', {optimum.unit}'}")
+    return ["", *_cut(columns(rows, head)), *(f"  {line}" for sentence in said for line in _wrapped(sentence, WIDTH - 2))]
 
 
 def _limit(limit: KeptLimit) -> tuple[str, str, str]:
@@ -463,8 +480,8 @@ def _title(title: str | None) -> list[str]:
     return wrap(printable(title), WIDTH) if title else []
 
 
-def _wrapped(sentence: str) -> Iterator[str]:
-    yield from wrap(printable(sentence), WIDTH, subsequent_indent="  ")
+def _wrapped(sentence: str, width: int = WIDTH) -> Iterator[str]:
+    yield from wrap(printable(sentence), width, subsequent_indent="  ")
 
 
 def _indented(sentence: str) -> list[str]:

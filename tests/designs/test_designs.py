@@ -1,13 +1,16 @@
 """The best design, and what changes of the data do to a design."""
 
+import json
 import math
 from itertools import pairwise
 
 import mpmath
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import flywheel
+from flywheel.cli import main
 from flywheel.numerics.optima import STATIONARY, descent, gradient, minimum, slopes
 from tests.limits import sample
 from tests.scenes import yoke
@@ -607,3 +610,98 @@ def test_what_is_no_tolerance_is_refused(vary, words):
 def test_samples_are_a_power_of_two(samples):
     with pytest.raises(flywheel.SceneError, match="a power of two, 2 or more"):
         flywheel.optimize(flywheel.load(ROTOR), "exact", over={"load.0.to": (1, 2)}, samples=samples, starts=1)
+
+
+# -- choices -----------------------------------------------------------------------------------------------------------
+
+ARMED = {"irregularity": 0.02, "shape": "arms", "outer_radius": "600 mm", "width": "120 mm", "bore": "60 mm", "arms": 6}
+CHOICES = {"flywheel.arms": range(4, 7), "flywheel.material": ["grey cast iron", "carbon steel"]}
+
+
+def masses(scene):
+    """The wheel's mass with every combination of choices, infinite where it is too weak."""
+    found = {}
+    for arms in CHOICES["flywheel.arms"]:
+        for material in CHOICES["flywheel.material"]:
+            design = scene.with_({"flywheel.arms": arms, "flywheel.material": material})
+            wheel = flywheel.size(design, simulate=False).built.wheel
+            found[str(arms), material] = wheel.mass if wheel.utilisation <= 1.0 else math.inf
+    return found
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_every_combination_of_choices_is_searched_and_the_best_is_chosen(jobs):
+    scene = flywheel.load(ROTOR | {"flywheel": ARMED | {"material": "carbon steel"}})
+    alone = masses(scene)
+    found = flywheel.optimize(scene, "mass", choose=CHOICES, jobs=jobs)
+    assert {tuple(each.choices.values()): each.value or math.inf for each in found.alternatives} == pytest.approx(alone)
+    assert tuple(found.choices.values()) == min(alone, key=alone.get)
+    assert found.value == pytest.approx(min(alone.values()), rel=1e-9)
+    assert found.best.wheel.material.name == found.choices["flywheel.material"]
+    values = [each.value for each in found.alternatives if each.value is not None]
+    assert values == sorted(values)
+    assert found.confirmed
+    assert found.as_dict()["alternatives"][0] == {"choices": found.choices, "value": found.value, "reason": ""}
+
+
+def test_each_combination_has_its_own_best_numbers():
+    """The flywheel is least at the greatest irregularity, times 1, 16 and 36."""
+    scene = flywheel.load(ROTOR | {"parameters": {"teeth": 20}})
+    over, choose = {"flywheel.irregularity": (0.01, 0.02)}, {"parameters.teeth": [30, 20, 25]}
+    objective = "exact*(parameters.teeth - 24)**2"
+    found = flywheel.optimize(scene, objective, over=over, choose=choose, samples=4, starts=1)
+    assert (found.choices, [each.choices["parameters.teeth"] for each in found.alternatives]) == (
+        {"parameters.teeth": "25"},
+        ["25", "20", "30"],
+    )
+    alone = flywheel.size(scene.with_({"flywheel.irregularity": 0.02}), simulate=False).flywheel.exact
+    assert [each.value / alone for each in found.alternatives] == pytest.approx([1.0, 16.0, 36.0], rel=1e-9)
+    assert found.numbers == pytest.approx({"flywheel.irregularity": 0.02})
+    assert found.at_bounds == {"flywheel.irregularity": "high"}
+
+
+def test_faults_of_choices():
+    scene = flywheel.load(ROTOR | {"flywheel": ARMED | {"material": "carbon steel"}})
+    for choose, told in (
+        ({"flywheel.arms": []}, "flywheel.arms: found nothing, expected a list of values"),
+        ({"flywheel.arms": "4,5"}, "expected a list of values"),
+        ({"flywheel.arms": range(200), "flywheel.width": range(1, 99)}, "19600 combinations, expected at most 10000"),
+        ({"flywheel.material": ["cheese", "chalk"]}, "flywheel.material"),
+    ):
+        with pytest.raises(flywheel.SceneError, match=told):
+            flywheel.optimize(scene, "mass", choose=choose)
+    found = flywheel.optimize(scene, "mass", choose={"flywheel.material": ["cheese", "carbon steel"]})
+    assert [each.value is None for each in found.alternatives] == [False, True]
+    assert "cheese" in found.alternatives[1].reason
+
+
+def test_the_command_chooses_whole_numbers_texts_and_motors(tmp_path):
+    scene, table = tmp_path / "rotor.toml", tmp_path / "motors.csv"
+    table.write_text(
+        "name,power (kW),speed (rpm),poles,frequency (Hz),breakdown_ratio\nsmall,3,1440,4,50,2.8\nlarge,7.5,1450,4,50,2.8\n"
+    )
+    scene.write_text(
+        "shafts.motor.ratio = 5\ninertia = [{on = 'crank', value = 2}]\n"
+        "load = [{on = 'crank', torque = '-100 N m', from = 0, to = '90 deg'}]\n"
+        "drive = {on = 'motor', motor = {type = 'line', power = '3 kW', speed = '1440 rpm', no_load_speed = '1500 rpm'}}\n"
+        "flywheel = {irregularity = 0.02, shape = 'disc', width = '50 mm', material = 'carbon steel'}\n"
+    )
+
+    def run(*options):
+        return CliRunner().invoke(main, ["optimize", str(scene), "--minimize", *options])
+
+    found = run("mass + drive.motor.power/1000", "--choose", f"drive.motor={table}", "--json")
+    assert found.exit_code == 0, found.stderr
+    names = [each["choices"]["drive.motor"] for each in json.loads(found.stdout)["alternatives"]]
+    assert sorted(names) == ["large", "small"]
+    text = run("mass", "--choose", "flywheel.width=50mm,80 mm", "--choose", "flywheel.material=carbon steel,cheese")
+    assert "Of 4 combinations the best: " in text.stdout
+    assert "2 without a design: flywheel.material" in text.stdout
+    assert max(map(len, text.stdout.splitlines())) <= 80
+    for options, told in (
+        (("mass",), "Give --over PATH=LOW:HIGH or --choose"),
+        (("mass", "--choose", "flywheel.arms"), "is not a path, once, with its values"),
+        (("mass", "--choose", "flywheel.width=1,2", "--plot", "x.png"), "--plot draws the search over numbers"),
+    ):
+        wrong = run(*options)
+        assert (wrong.exit_code, told in " ".join(wrong.stderr.split())) == (2, True)
