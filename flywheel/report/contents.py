@@ -434,11 +434,11 @@ def _values(value: Any, path: str) -> Iterator[tuple[Cell, ...]]:
         values = ", ".join(str(inner) for inner in value[:12]) + (", …" if len(value) > 12 else "")
         yield path, values, ""
     else:
-        yield path, str(value).lower() if isinstance(value, bool) else str(value), _in_si(value)
+        yield path, str(value).lower() if isinstance(value, bool) else str(value), _in_si(value, path.rpartition(".")[2])
 
 
-def _in_si(value: Any) -> str:
-    """A quantity in SI; empty for other values and for quantities in SI."""
+def _in_si(value: Any, key: str) -> str:
+    """A quantity in SI; empty for other values. The key or the unit names a dimension whose units others have, too."""
     if not isinstance(value, str):
         return ""
     from flywheel.numerics.units import DIMENSIONS, parse_unit, split_quantity
@@ -446,11 +446,12 @@ def _in_si(value: Any) -> str:
     parts = split_quantity(middle := str(middle_of(value)))
     if parts is None or not parts[1]:
         return ""
+    named = "rate" if key == "rate" else "energy" if parts[1].endswith("J") else None
     try:
-        unit, si_value = parse_unit(parts[1], None), parse_quantity(middle, None)
+        unit, si_value = parse_unit(parts[1], named), parse_quantity(middle, named)
     except (QuantityError, SceneError):
         return ""
-    for dimension in DIMENSIONS.values():
+    for dimension in DIMENSIONS.values() if named is None else (DIMENSIONS[named],):
         if dimension.powers == unit.powers and unit.angle in dimension.angles and dimension.name != "moment of weight":
             si = dimension.si.replace("^2", "²").replace("^3", "³")
             return quantity(si_value, si) if si else number(si_value)

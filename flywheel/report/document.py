@@ -458,7 +458,7 @@ class _Writer:
         n = self.next("figure")
         svg, about = (one if isinstance(one, str) else one() for one in (figure.svg, figure.description))
         drawn = inline_svg(svg, f"figure-{n}", figure.title, about)
-        caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about}"
+        caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about[:1].upper()}{about[1:]}"
         sides = re.search(r'viewBox="[^ "]+ [^ "]+ ([0-9.]+) ([0-9.]+)"', drawn)
         form = ""
         if sides is not None:

@@ -521,13 +521,15 @@ def _stroke(result: SingleStroke, picture: Figure) -> Section:
     least = Quantity("omega_min", result.speed_least / result.strokes.wheel, "rad/s")
     most = Quantity("omega_max", result.speed_greatest / result.strokes.wheel, "rad/s")
     rows: tuple[tuple[Cell, ...], ...] = (
-        (_("all that turns before the clutch, on its shaft"), Formula("J_1"), inertia),
+        (_("inertia of the driving side, on the clutch's shaft"), Formula("J_1"), inertia),
         (_("speed of that shaft as the clutch engages"), Formula("omega_0"), start),
         (_("greatest speed"), Formula("omega_max"), most),
         (_("least speed"), Formula("omega_min"), least),
         (_("period"), Formula("tau"), _of(result, "period", "tau", "s")),
     )
-    title = _("The stroke after which speed and angle are what they were, stepped in time from event to event")
+    title = _(
+        "The periodic stroke, stepped in time from event to event: speed and angle return to their values at its start"
+    )
     table = Table(title, (_("quantity"), _("symbol"), _("value")), rows)
     eps = Step(
         _("Irregularity of the flywheel's shaft"),
@@ -573,7 +575,7 @@ def _clutch(result: SingleStroke) -> Section:
             Quantity("Q_alone", alone.heat, "J"),
         ),
         Step(
-            _("Greatest torque of the locked clutch: what the driving side has left"),
+            _("Greatest torque of the locked clutch: the torque of the driving side less that which accelerates it"),
             "T_max = greatest(abs(M_1 - J_1*alpha_1), t)",
             (),
             _of(result, "clutch_torque", "T_max", "N m"),
@@ -595,7 +597,7 @@ def _clutch(result: SingleStroke) -> Section:
 def _brake(result: SingleStroke) -> Section:
     parts: list[Part] = [
         Step(
-            _("Heat of the brake in a period, the one as it lets go included"),
+            _("Heat of the brake in a period, with that of its release"),
             "Q_b = integral(T_b*omega_b, t, 0, tau)",
             (),
             _of(result, "brake_heat", "Q_b", "J"),
@@ -611,9 +613,9 @@ def _brake(result: SingleStroke) -> Section:
         rows: tuple[tuple[Cell, ...], ...] = (
             (_("speed of a hand"), Formula("K"), speed),
             (_("response and longest stop"), Formula("T"), time),
-            (_("way that a hand comes in unseen"), Formula("C"), depth),
+            (_("distance that a hand enters undetected"), Formula("C"), depth),
         )
-        parts.append(Table(_("A hand and the stop"), (_("quantity"), _("symbol"), _("value")), rows))
+        parts.append(Table(_("Safety distance"), (_("quantity"), _("symbol"), _("value")), rows))
         title = _("Safety distance (ISO 13855); K and C are the user's")
         parts.append(Step(title, "S = K*T + C", (speed, time, depth), distance))
     return Section(_("The brake"), tuple(parts))
@@ -635,12 +637,12 @@ def _drive(result: SingleStroke) -> Section:
         "mesh_heat": _("heat of the meshes"),
         "clutch_heat": _("heat of the clutch"),
         "brake_heat": _("heat of the brake"),
-        "residual": _("what is missing"),
+        "residual": _("residual"),
     }
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (names[key], Quantity("W_d" if key == "motor" else "", value, "J")) for key, value in result.energy.items()
     )
-    title = _("What goes in and comes out in a period: every law integrated apart from the stepping")
+    title = _("Energy balance of a period; every law is integrated independently of the stepping")
     return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms))
 
 
@@ -652,7 +654,7 @@ def _loads(result: SingleStroke) -> Section:
         loads.append((share_name(name), _of(result, key, "", unit), Quantity("", limit, unit), Quantity("", share, "%")))
     beyond = frozenset(k for k, share in enumerate(result.shares.values()) if share > 1.0)
     names = _("load"), _("value"), _("limit"), _("of its limit")
-    parts: list[Part] = [Table(_("Loads over their limits"), names, tuple(loads), emphasis=beyond)]
+    parts: list[Part] = [Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
     parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]
     parts += [Note(line, "remark") for line in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []
@@ -662,4 +664,4 @@ def _loads(result: SingleStroke) -> Section:
         rows.append((BY_KEY[key].name, Formula(symbol), Quantity("", value, unit), Quantity("", exact, unit)))
     head = (_("quantity"), _("symbol"), _("by formula"), _("in the motion"))
     parts.append(Table(_("Formulas of presses compared with the motion"), head, tuple(rows)))
-    return Section(_("What it bears"), tuple(parts))
+    return Section(_("Loads and limits"), tuple(parts))

@@ -135,15 +135,15 @@ def _split(symbol: str) -> tuple[str, str, str]:
     parts = [words.get(part, _GREEK.get(part, part)) for part in rest if part not in _MARKS and part]
     below = ",".join(parts)
     for plain, stand_in in _ESCAPES.items():
-        below = below.replace(stand_in, plain)
+        base, below = base.replace(stand_in, plain), below.replace(stand_in, plain)
     return base, below, marks
 
 
 def symbol_text(symbol: str) -> str:
     """A symbol in plain text.
 
-    >>> symbol_text("I_star"), symbol_text("omega_max"), symbol_text("g_slider_prime")
-    ('I*', 'ω_max', 'g′_slider')
+    >>> symbol_text("I_star"), symbol_text("omega_max"), symbol_text("g_slider_prime"), symbol_text(index("load_torque"))
+    ('I*', 'ω_max', 'g′_slider', 'load_torque')
     """
     base, below, marks = _split(symbol)
     return base + marks + (f"_{below}" if below else "")

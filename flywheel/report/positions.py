@@ -76,9 +76,9 @@ class Sheet:
         if what:
             self.names[of] = what
         elif of.endswith("_prime"):
-            what = _("Influence coefficient g of: {what}", what=self.names.get(base, base))
+            what = _("{what}: influence coefficient g", what=self.names.get(base, base))
         else:
-            what = _("Its derivative g′, of: {what}", what=self.names.get(base, base))
+            what = _("{what}: its derivative g′", what=self.names.get(base, base))
         used = tuple(value for symbol, value in self.values.items() if symbol in formulas.symbols(formula))
         plain = {number.symbol: number.value for number in used}
         own = formulas.value(formula, plain)
@@ -568,7 +568,7 @@ def _law(made: Sheet) -> None:
             how = _("By the periodic cubic spline through its table, at {angle}.", angle=symbol_text(angle))
             if isinstance(output.law, Expression):
                 how = _("By its expression, differentiated rule by rule: {text}", text=output.law.shown)
-            what = (_("Place of {port}"), _("Influence coefficient g of: {what}"), _("Its derivative g′, of: {what}"))
+            what = (_("Place of {port}"), _("{what}: influence coefficient g"), _("{what}: its derivative g′"))
             title = what[names.index(end)].format(port=output.name, what=output.name)
             made.sections[-1][1].append(Step(title, result=made.values[symbol + end], how=how))
         made.gains[output.name], made.slopes[output.name] = f"{symbol}_prime", f"{symbol}_second"

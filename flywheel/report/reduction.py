@@ -475,8 +475,8 @@ def _conditions(at: Steps) -> Iterator[Part]:
     lossy = ", ".join(name for name, efficiency in at.scene.efficiencies.items() if efficiency < 1.0)
     if lossy:
         title = _(
-            "The losses in the meshes of {shafts} depend on accelerations. M* here excludes them; the exact figures "
-            "include them.",
+            "The losses in the meshes of {shafts} depend on accelerations. M* here excludes them; crossings, areas "
+            "and exact figures include them.",
             shafts=lossy,
         )
         yield Note(title, "remark")
@@ -629,7 +629,8 @@ def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quant
             at.balance * float(effort.per_unknown(here, anchor)) if effort.depends_on_unknown else 0.0
         )
     drive = effort.load.path == "drive"
-    name = _("Drive on {place}", place=effort.load.on) if drive else _("Load {n}, on {place}", n=n, place=effort.load.on)
+    title = _("Drive on {place}") if drive else _("Drag on {place}") if effort.load.drag else _("Load {n}, on {place}")
+    name = title.format(n=n, place=effort.load.on)
     force = _letter(at, element.junction, "d" if drive else n)._replace(value=value)
     acts = " ".join(filter(None, (_model(at, effort), _window(at, effort))))
     if not bool(np.all(effort.active(anchor))):

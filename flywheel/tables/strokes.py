@@ -136,7 +136,7 @@ def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
 
 
 def _shares(result: SingleStroke, system: TradeUnits) -> Block:
-    """Loads over their limits, each with its figure and its limit, and the limits exceeded."""
+    """Loads and limits, each with its figure and its limit, and the limits exceeded."""
     rows, limits = [], load_limits(result.strokes, result.figures)
     for name, share in result.shares.items():
         key, most = limits[name]
@@ -152,7 +152,7 @@ def _shares(result: SingleStroke, system: TradeUnits) -> Block:
         else _("No load exceeds its limit.")
     )
     verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else within
-    return Block("shares", _("Loads over their limits"), tuple(rows), sentences=(verdict,))
+    return Block("shares", _("Loads and limits"), tuple(rows), sentences=(verdict,))
 
 
 def _formulas(result: SingleStroke, system: TradeUnits) -> Block:
@@ -185,7 +185,12 @@ def full(result: SingleStroke) -> str:
     energies = [(key, figure(value, result.error["energy"][key]), "J") for key, value in result.energy.items()]
     shares = [(key, figure(value, result.error["shares"][key]), "") for key, value in result.shares.items()]
     formulas = [(key, figure(value), BY_KEY[key].unit) for key, value in result.formulas.items()]
-    lists = {"Figures": rows, "Energy of a period": energies, "Loads over their limits": shares, "By formulas": formulas}
+    lists = {
+        "Figures": rows,
+        "Energy of a period": energies,
+        "Loads and limits": shares,
+        "By formulas": formulas,
+    }
     return paragraphs(
         [[result.scene.title or ""], scene_rows(result.scene), *([title, *columns(each)] for title, each in lists.items())]
     )
