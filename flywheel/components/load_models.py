@@ -26,7 +26,9 @@ class Model(NamedTuple):
 
 
 _SQUARE = "T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."
-_STROKE = "F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."
+_STROKE = (
+    "Rectangular: F = E/s; triangular: F = (2 E/s)(1 − p/s); E the energy, s the travel of the force, p the penetration."
+)
 MODELS = {
     "constant": Model("resistance", ""),
     "fan": Model("fan", _SQUARE),

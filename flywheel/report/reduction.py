@@ -646,9 +646,7 @@ def _model(at: Steps, effort: Effort) -> str:
     if not load.model:
         return ""
     model = message(load.model)
-    words = (
-        _("A motor: {model}.", model=model) if load.path == "drive" else _("A load of a known kind, {model}.", model=model)
-    )
+    words = _("Motor: {model}.", model=model) if load.path == "drive" else _("Load model {model}.", model=model)
     kind = at.scene.motor if load.path == "drive" else model_of(load.model)
     return " ".join(filter(None, (words, "" if kind is None else message(kind.formula))))
 
@@ -733,7 +731,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
     numbers = tuple(value for value in names.values() if value.symbol in used)
     if whole != branch and len(whole) <= _LONGEST:
         yield Step(_("{name}, as written", name=name), f"{force.symbol} = {whole}")
-    note = " ".join(filter(None, (acts, _("The branch of it that applies here.") if whole != branch else "")))
+    note = " ".join(filter(None, (acts, _("The formula shows the branch that applies here.") if whole != branch else "")))
     yield _checked(Step(name, f"{force.symbol} = {branch}", numbers, force, note=note))
 
 
