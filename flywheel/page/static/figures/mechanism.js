@@ -12,6 +12,7 @@ const DASHED = { wheel: "9 3 2 3", mark: "4 3" };
 const STEP = 1; // degrees that an arrow key turns the crank by; hundredths of a stroke
 const WINDOW = 0.2; // of the cycle: how far one movement of a dragging hand can take it
 const SHAPE = 0.6; // height to width of the figure
+const PART = 0.9; // height to width of several mechanisms together
 const [LOWEST, HIGHEST] = [330, 520]; // px: how high a mechanism may be in a narrow place, in a wide one
 let count = 0;
 
@@ -144,7 +145,7 @@ function aboutOf(views, { text }) {
 /** How many mechanisms stand side by side: as many as bring the figure nearest to the shape that a card has. */
 function columnsOf(views, width) {
   const most = Math.max(Math.min(views.length, Math.floor(width / 230)), 1);
-  const off = (columns) => Math.abs(Math.log(Math.ceil(views.length / columns) * (36 + Math.max(...views.map((view) => tallOf(view, width / columns)))) / (SHAPE * width)));
+  const off = (columns) => Math.abs(Math.log(Math.ceil(views.length / columns) * (36 + Math.max(...views.map((view) => tallOf(view, width / columns)))) / Math.min(PART * width, HIGHEST)));
   return Array.from({ length: most }, (_, k) => most - k).reduce((best, columns) => (off(columns) < off(best) ? columns : best));
 }
 
