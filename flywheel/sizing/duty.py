@@ -45,6 +45,7 @@ _GONE = 1e-6  # the same where it is no longer followed
 _TOO_LONG = 0.05  # fraction of a phase that settling may take
 _FOLLOWED = 0.002  # fraction of a phase from which on the change of speed into it is followed in time
 _CHANGES = 1e-7  # error allowed of that
+_TO_AND_FRO = 2.0  # of the greatest rise of a steady cycle over its mean: the rise within a cycle that begins anywhere
 _ROUGHLY = 1e-6  # relative error above which a start is taken as linear in the flywheel
 
 
@@ -121,7 +122,9 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         hardest = max(running, key=lambda phase: _irregularity(runs[phase.name]))
         result, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
         messages = (*result.messages, *_messages(duty, scene, None), *_trips(runs, hardest))
-        return replace(result, duty=duty, temperature=_temperature(duty, scene), messages=tuple(dict.fromkeys(messages)))
+        return replace(
+            result, duty=duty, temperature=_temperature(duty, scene, runs), messages=tuple(dict.fromkeys(messages))
+        )
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
@@ -161,7 +164,9 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     if whole and len(running) > 1:
         messages = (*messages, f"with a limit of {' and '.join(whole)} changes of speed between phases are left out")
     binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
-    result = replace(result, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene), limits=kept, binding=binding)
+    result = replace(
+        result, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene, runs), limits=kept, binding=binding
+    )
     return replace(result, messages=tuple(dict.fromkeys(messages)))
 
 
@@ -634,12 +639,17 @@ def _type(phases: list[Phase], rows: list[PhaseLoad]) -> str | None:
     )
 
 
-def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
-    """Rise of the windings over a duty, phase by phase with starts and changes of speed; None if data are missing."""
+def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temperature | None:
+    """Rise of the windings over a duty, phase by phase with starts and changes of speed; None if data are missing.
+
+    The losses are means over the cycles of a phase. What the rise in its steady cycle (of its sizing in `runs`) exceeds that
+    of the mean by is in the error.
+    """
     data = None if scene.motor is None else scene.motor.thermal
     if data is None or scene.motor is None or any(row.heat is None and not row.rest for row in duty.phases):
         return None
     rated, sequence, ends, starts = scene.motor.rated_total_heat, list[Losses](), list[int](), dict[str, int]()
+    above = 0.0
     for row in duty.phases:
         heat, count = (row.heat or 0.0) * row.duration, row.starts or int(row.change_time is not None)
         time, joules = row.start_time or row.change_time or 0.0, row.start_heat or row.change_heat or 0.0
@@ -650,11 +660,14 @@ def _temperature(duty: Duty, scene: Scene) -> Temperature | None:
         if not count:
             sequence.append(Losses(steady, after, row.cooling))
         ends.append(len(sequence))
+        if not row.rest and (steadily := runs[row.name].temperature) is not None:
+            above = max(above, steadily.greatest - data.rise * after)
         if row.starts:
             starts[row.name] = starts_an_hour(data, after, Losses(time, joules / time / rated))
     windings = course(data, sequence)
     rises = tuple((row.name, windings.ends[end]) for row, end in zip(duty.phases, ends, strict=True))
-    return Temperature(windings.greatest, windings.time, data.limit, duty.errors.get("heat", 0.0), rises, starts)
+    error = duty.errors.get("heat", 0.0) + _TO_AND_FRO * above / max(windings.greatest, 1e-300)
+    return Temperature(windings.greatest, windings.time, data.limit, error, rises, starts)
 
 
 def _trips(runs: Mapping[str, Sizing], hardest: Phase) -> Iterator[str]:

@@ -105,6 +105,54 @@ def test_a_cycle_is_that_of_the_equation_of_motion(load, peak, corner, asked, in
     assert any("hard to damp" in line for line in found.messages) == (servo.inertia_ratio > 10)
 
 
+PHASES = """
+[[duty]]
+name = "heavy"
+duration = "6 s"
+[[duty]]
+name = "light"
+duration = "9 s"
+loads = 0.3
+[[duty]]
+name = "rest"
+duration = "3 s"
+rest = true
+standstill_cooling = 0.5
+"""
+
+
+def test_a_duty_warms_the_windings_as_the_losses_of_its_motion_do():
+    """Two time constants beside cycles of 0.2 s: what rises within one is in the error."""
+    warms = (0.6 * 80.0, 20.0), (0.4 * 80.0, 3.0)
+    more = (
+        'thermal = {time_constant = "20 s", rise = "80 K", class = "F", winding_time_constant = "3 s", winding_share = 0.4}'
+    )
+    duty = flywheel.load(
+        SCENE.format(load=30, motor=MOTOR.format(peak=30, corner=2500, asked=1500), inertia=0.4, more=more) + PHASES
+    )
+    found, whole = flywheel.size(duty), 0.4 + 25 * 8e-4
+
+    def rates(t, y, load):
+        torque, omega = hand(5 * y[1]), 5 * y[1]
+        q = (torque**2 + REST**2 - continuous(omega) ** 2) / REST**2
+        heats = [(rise * q - part) / time for part, (rise, time) in zip(y[2:], warms, strict=True)]
+        return [y[1], (5 * torque - load * (1 - math.cos(y[0]))) / whole, *heats]
+
+    rises, speed = np.zeros(2), 30.0
+    for _ in range(8):
+        ends, top = [], 0.0
+        for load, time in ((30.0, 6.0), (9.0, 9.0)):
+            start = [0.0, speed, *rises]
+            run = solve_ivp(rates, (0, time), start, args=(load,), method="LSODA", rtol=1e-8, atol=1e-9, max_step=0.02)
+            rises, speed, top = run.y[2:, -1], run.y[1, -1], max(top, float(run.y[2:].sum(axis=0).max()))
+            ends.append(float(rises.sum()))
+        rises, speed = rises * np.exp([-0.5 * 3 / 20, -3 / 3]), 31.2
+        ends.append(float(rises.sum()))
+    error = found.temperature.error * found.temperature.greatest
+    assert abs(found.temperature.greatest - top) < error < 0.03 * top
+    assert all(abs(rise - end) < error for (_, rise), end in zip(found.temperature.phases, ends, strict=True))
+
+
 def test_losses_on_the_continuous_curve_are_those_it_bears_for_ever():
     servo = scene().motor
     bears = 8 * RATED / 0.9 - 8 * RATED
