@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require, shown
+from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, brief, number_faults, refuse, require
 from flywheel.numerics.faults import Fault, SceneError
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class TwoLinkArm:
         faults = []
         for name, bar in (("first", self.first), ("second", self.second)):
             if not isinstance(bar, Bar):
-                faults.append(Fault(name, shown(bar), "a Bar"))
+                faults.append(Fault(name, brief(bar), "a Bar"))
                 continue
             for (key, value), limit in zip(bar._asdict().items(), limits, strict=True):
                 faults += number_faults(f"{name}.{key}", value, *limit)
@@ -351,7 +351,7 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
     expected = f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)"
     require("joints", joints, str, expected)
     if not 0 < len(joints) <= _MOST_JOINTS or set(joints) - set("RP"):
-        raise SceneError([Fault("joints", shown(joints), expected)])
+        raise SceneError([Fault("joints", brief(joints), expected)])
     count, t = len(joints), sp.Symbol("t", real=True)
     q = tuple(sp.Function(f"q{k}", real=True)(t) for k in range(1, count + 1))
     names = [f"{letter}{k}" for k in range(1, count + 1) for letter in "lmIc"]

@@ -60,11 +60,11 @@ from flywheel.numerics.arguments import (
     NOT_NEGATIVE,
     POSITIVE,
     array,
+    brief,
     name_faults,
     number_faults,
     refuse,
     require,
-    shown,
     vector,
 )
 from flywheel.numerics.faults import Fault, SceneError
@@ -149,7 +149,7 @@ def _actions(
         ("springs", springs, (Spring, Strut), "a list of Spring and Strut"),
     ):
         if isinstance(source, (*kind, str, Mapping)) or not isinstance(source, Iterable):
-            raise SceneError([Fault(name, shown(source), what)])
+            raise SceneError([Fault(name, brief(source), what)])
     pushes, elastic = tuple(loads), tuple(springs)
     movable = {joint.name: joint for joint in linkage.joints if joint.kind != FIXED}
     for k, load in enumerate(pushes):
@@ -180,14 +180,14 @@ def _actions(
 def _end_faults(linkage: Linkage, path: str, end: Any) -> list[Fault]:
     """Faults of an end of a strut: a body, and a point of it."""
     if not isinstance(end, tuple) or len(end) != 2:
-        return [Fault(path, shown(end), "a body and its point")]
+        return [Fault(path, brief(end), "a body and its point")]
     body, at = end
     if faults := name_faults(f"{path}[0]", body, dict.fromkeys(linkage.names)):
         return faults
     if isinstance(at, str):
         return name_faults(f"{path}[1]", at, {point.name: None for point in linkage.link(body).points})
     if not isinstance(at, tuple) or len(at) != 2:
-        return [Fault(f"{path}[1]", shown(at), "a point's name or a place")]
+        return [Fault(f"{path}[1]", brief(at), "a point's name or a place")]
     return [fault for k, part in enumerate(at) for fault in number_faults(f"{path}[1][{k}]", part, unit="m")]
 
 
@@ -653,7 +653,7 @@ def simulate(
     messages, stopped = [], fine.fault or coarse.fault
     if stopped is not None:
         ends = f"partial motion: it ends at {compared.s[-1]:.6g} s of {until:.6g} s"
-        messages.append(f"{ends}: {stopped.found}; {stopped.advice}")
+        messages.append(f"{ends}: {stopped.defect}; {stopped.advice}")
     if error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {error:.2g} (estimated, relative)")
     return _run(start, z, actions, compared, error, tuple(messages), stopped)

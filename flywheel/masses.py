@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require, shown
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, brief, number_faults, refuse, require
 from flywheel.numerics.faults import Fault, SceneError
 
 __all__ = [
@@ -371,7 +371,7 @@ def _checked_choice(chosen: Mapping[int, float] | None, points: Array) -> dict[i
     faults = []
     for k, value in fixed.items():
         if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < count:
-            faults.append(Fault("chosen", f"point {shown(k)}", f"one from 0 to {count - 1}"))
+            faults.append(Fault("chosen", f"point {brief(k)}", f"one from 0 to {count - 1}"))
         faults += number_faults(f"chosen[{k}]", value, unit="kg")
     refuse(faults)
     left = count - len(fixed)

@@ -62,7 +62,7 @@ def without_flywheel() -> str:
     try:
         bare = _sized({**scene, "flywheel": {"on": "motor", "inertia": 0}})
     except flywheel.SceneError as error:
-        return error.faults[0].found
+        return error.faults[0].defect
     assert bare.simulation is not None
     return f"irregularity {bare.simulation.irregularity:.3g}"
 

@@ -111,7 +111,7 @@ def main() -> None:
     """
 
 
-def _known(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+def _valid_name(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
     """Returns a valid name, looked up only when the command runs; else a usage error with the nearest name."""
     names = _names(str(parameter.name))
     if value is None or value in names:
@@ -134,7 +134,7 @@ def _names(what: str) -> list[str]:
 
 
 @click.command(short_help="Write a commented starter scene.")
-@click.argument("kind", callback=_known, required=False)
+@click.argument("kind", callback=_valid_name, required=False)
 @click.argument("file", type=click.Path(path_type=Path, allow_dash=True), required=False)
 def new(kind: str | None, file: Path | None) -> None:
     """Write a commented starter scene of a KIND of machine into FILE (default KIND.toml; - prints it).
@@ -160,7 +160,7 @@ def new(kind: str | None, file: Path | None) -> None:
 
 
 @click.command(short_help="Print the overview of the scene format, or one topic.")
-@click.argument("topic", callback=_known, required=False)
+@click.argument("topic", callback=_valid_name, required=False)
 @click.option("--schema", is_flag=True, help="Print the format as a JSON Schema, for editors, and nothing else.")
 def reference(topic: str | None, schema: bool) -> None:
     """Print the overview of the scene format, or one TOPIC: `flywheel reference motor`. The overview ends with all topics.

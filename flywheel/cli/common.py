@@ -213,7 +213,7 @@ def reported(scene: Path) -> Iterator[None]:
 
 def _fault_line(scene: Path, fault: Fault) -> str:
     """`press.toml: mechanism.rod.length: found ..., expected ...; advice`; a fault of the file itself names it once."""
-    return f"{scene}{fault.told}" if fault.path in (scene.name, str(scene), "scene") else f"{scene}: {fault}"
+    return f"{scene}{fault.description}" if fault.path in (scene.name, str(scene), "scene") else f"{scene}: {fault}"
 
 
 def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
@@ -335,7 +335,7 @@ def _end(context: click.Context, parameter: click.Parameter, text: str | None) -
     try:
         until(text)
     except SceneError as error:
-        raise click.BadParameter(f"found {error.faults[0].found}, expected {error.faults[0].expected}.") from None
+        raise click.BadParameter(f"found {error.faults[0].defect}, expected {error.faults[0].expected}.") from None
     return text
 
 
@@ -363,7 +363,7 @@ class CourseOptions(NamedTuple):
     wheel: float | None
 
     @property
-    def wanted(self) -> bool:
+    def in_time(self) -> bool:
         """True if a motion in time is requested."""
         return self.start is not None or self.end is not None or self.no_drive
 

@@ -411,14 +411,14 @@ def reactions(
     course = CourseOptions(start, end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
     exclusive(hodograph=hodograph, together=together)
-    exclusive(**{"speed": speed, "a motion in time (from, until, no-drive)": course.wanted})
-    if course.wanted and len(at) > 1:
+    exclusive(**{"speed": speed, "a motion in time (from, until, no-drive)": course.in_time})
+    if course.in_time and len(at) > 1:
         raise click.UsageError("A motion in time starts at one place: give --at once.")
-    if not course.wanted:
+    if not course.in_time:
         exclusive(at=at, points=points)
         if wheel is not None:
             raise click.UsageError("--flywheel belongs to a motion in time: give --from or --until.")
-    over = over or ("time" if course.wanted else "driver" if components or together else None)
+    over = over or ("time" if course.in_time else "driver" if components or together else None)
     kinds: dict[str, Any] = {"inertia": not quasi_static, "friction": not no_friction}
     as_data = as_json or as_csv
     count = points or (_CURVE_POINTS if as_data else _TABLE_POINTS)
@@ -431,7 +431,7 @@ def reactions(
         from flywheel.tables import reduction as forces
 
         machine_scene = loaded(scene)
-        if course.wanted:
+        if course.in_time:
             watching.sliding = slides(machine_scene)
             run = course.follow(machine_scene, at[0] if at else None, watching)
             result, dense_forces = _along(run, count, breaks, kinds)
@@ -447,7 +447,7 @@ def reactions(
             if over is not None and not hodograph:
                 _draw_curves(machine_scene, forces.cleared(drawn), (over, of, components, together), plot)
             else:
-                _draw_hodographs(forces.cleared(result if points and not course.wanted else drawn), of, plot)
+                _draw_hodographs(forces.cleared(result if points and not course.in_time else drawn), of, plot)
         if as_json:
             errors = joint_errors(
                 result.machine or Machine(machine_scene), result, inertia=kinds["inertia"], friction=kinds["friction"]
@@ -619,7 +619,7 @@ class _Progress:
         self.begun = monotonic()
         self.line = "finding the reference"
         self.rewriting = sys.stderr.isatty()
-        self.shown = False
+        self.written = False
 
     def __call__(self, k: int, count: int, name: str) -> None:
         self.line = f"{k + 1} of {count}: {name}"
@@ -632,12 +632,12 @@ class _Progress:
             return
         from shutil import get_terminal_size
 
-        self.shown = True
+        self.written = True
         click.echo(f"\r\x1b[2K{line[: get_terminal_size().columns - 1]}", err=True, nl=False, color=True)
 
     def erase(self) -> None:
         """Clear the line of the terminal."""
-        if self.shown:
+        if self.written:
             click.echo("\r\x1b[2K", err=True, nl=False, color=True)
 
 

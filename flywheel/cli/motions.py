@@ -179,14 +179,14 @@ def motion(
     """
     course = CourseOptions(start, None if law else end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
-    drivers = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.wanted}
+    drivers = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.in_time}
     named = [name for name, value in drivers.items() if value]
     if len(named) > 1:
         exclusive(**dict.fromkeys(named[:2], True))
-    if wheel is not None and not (regime or course.wanted):
+    if wheel is not None and not (regime or course.in_time):
         raise click.UsageError("--flywheel goes with --regime or --from.")
-    timed = over == "time" or (over is None and bool(law or course.wanted))
-    begins = [text for text in at if course.wanted and quantity(text, "angle", "length") is not None]
+    timed = over == "time" or (over is None and bool(law or course.in_time))
+    begins = [text for text in at if course.in_time and quantity(text, "angle", "length") is not None]
     rows = [text for text in at if text not in begins]
     exclusive(at=rows, points=points)
     if len(begins) > 1:
@@ -206,13 +206,13 @@ def motion(
             machine,
             of=[name.strip() for names in of for name in names.split(",")],
             over=over,
-            at=(_times(rows) if timed or course.wanted else coordinates(tuple(rows), sliding)) or None,
+            at=(_times(rows) if timed or course.in_time else coordinates(tuple(rows), sliding)) or None,
             points=points,
             speed=pace if pace in (None, "scene") else speed_of(pace, sliding, "--speed"),
             law=law,
             until=lasting,
             regime=regime,
-            transient=course.follow(machine, begins[0] if begins else None, watching) if course.wanted else None,
+            transient=course.follow(machine, begins[0] if begins else None, watching) if course.in_time else None,
         )
         listed = bool(rows) or points is not None
         tables = bool(of) or listed

@@ -81,7 +81,7 @@ def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -
         try:
             values = [parsed(scene, name, text) for text in texts]
         except QuantityError as error:
-            faults.append(Fault(name, error.found, error.expected, error.advice))
+            faults.append(Fault(name, error.defect, error.expected, error.advice))
             continue
         columns[name] = np.linspace(values[0], values[-1], count) if count > 1 else np.array(values)
     if faults:
@@ -367,7 +367,7 @@ def sensitivities(
         with _arguments(dict.fromkeys((*paths, *of))):
             names = tuple(figure_names(of))
             result = study.sensitivities(machine_scene, paths or None, engine=engine)
-            study.known_figures(result, names)
+            study.check_figures(result, names)
         if plot is not None:
             from flywheel.pictures import designs as picture
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, known, name_faults, number_faults, refuse
+from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, entry, name_faults, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
 
@@ -166,7 +166,7 @@ class _GearTrain:
     def __init__(self, shafts: Mapping[str, Shaft], stages: Sequence[Stage], on: str | None) -> None:
         _check_train(shafts, stages)
         self.root = next(iter(shafts)) if on is None else on
-        known("on", self.root, shafts)
+        entry("on", self.root, shafts)
         self.shafts, self.stages = shafts, stages
         # every shaft but the root once, after the one that it hangs on: both, the ratio between them, and their stage
         self.branches: list[tuple[str, str, float, Stage]] = []

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from bondgraph.numerics import root
 from flywheel.components.load_models import FULLNESS
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, fits, known, number_faults, refuse
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, entry, fits, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
 
@@ -222,7 +222,7 @@ def stroke_energy(force: float, travel: float, shape: str = "triangular") -> flo
     3000.0
 
     """
-    share = known("shape", shape, FULLNESS)
+    share = entry("shape", shape, FULLNESS)
     _check(force=(force, NOT_NEGATIVE, "N"), travel=(travel, NOT_NEGATIVE, "m"))
     return share * force * travel
 

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
+from flywheel.numerics.arguments import POSITIVE, entry, fits, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ def material(
     if poisson is not None and (number_faults("poisson", poisson) or not 0.0 <= poisson <= 0.5):
         faults.append(Fault("poisson", f"{poisson}", "a number from 0 to 0.5"))
     refuse(faults)
-    base = known("material", name, MATERIALS) if name else Material("own material", density or 0.0)
+    base = entry("material", name, MATERIALS) if name else Material("own material", density or 0.0)
     if density is None and not name:
         faults.append(Fault("material", "neither material nor density", "one of them", f"known: {', '.join(MATERIALS)}"))
     own = strength or base.strength
@@ -432,7 +432,7 @@ class WheelAsked(NamedTuple):
             return bore / 2
         return (HUB_RATIO * bore if self.hub_diameter is None else self.hub_diameter) / 2
 
-    def given(self, names: tuple[str, ...]) -> list[str]:
+    def present(self, names: tuple[str, ...]) -> list[str]:
         """The members of `names` that have a value."""
         return [name for name in names if getattr(self, name) is not None]
 

@@ -70,7 +70,7 @@ def request_faults(request: WheelAsked) -> list[Fault]:
     valid = f"one of {', '.join(_USED[shape])}"
     unused = [
         Fault(request.at_key(name), f"{name} of {_WORDS[shape]}", valid, _INSTEAD.get((shape, name), ""))
-        for name in request.given(_NUMBERS)
+        for name in request.present(_NUMBERS)
         if name not in used
     ]
     return unused or _dimension_faults(request)
@@ -88,7 +88,7 @@ def _value_faults(request: WheelAsked) -> list[Fault]:
         )
     if faults:
         return faults
-    for name in request.given(_NUMBERS):
+    for name in request.present(_NUMBERS):
         value, zero = getattr(request, name), name in ("bore", "torque")
         if not fits(value) or value < 0.0 or (value == 0.0 and not zero):
             faults.append(Fault(request.at_key(name), f"{value}", f"a number {'at least' if zero else 'above'} 0"))
@@ -102,10 +102,10 @@ def _value_faults(request: WheelAsked) -> list[Fault]:
 def _dimension_faults(request: WheelAsked) -> list[Fault]:
     """Too few dimensions or too many, an unlimited radius; arms without a hub, or with sections given twice."""
     faults, path = [], request.path or "wheel"
-    radii, section = request.given(RADII), request.given(SECTION)
+    radii, section = request.present(RADII), request.present(SECTION)
     if request.shape == DISC:
         names = ("outer_radius", "rim_speed", "max_radius", "width")
-        dimensions = request.given(names)
+        dimensions = request.present(names)
         if len(dimensions) != 1:
             defect = " and ".join(dimensions) if dimensions else f"none of {', '.join(names)}"
             faults.append(Fault(path, defect, f"exactly one of {', '.join(names)}", "the inertia decides the other"))
@@ -117,20 +117,20 @@ def _dimension_faults(request: WheelAsked) -> list[Fault]:
         defect = " and ".join(radii + section)
         faults.append(Fault(path, defect, "one radius and one of the section, or two of the section"))
     if not faults:
-        fixed = request.given(("outer_radius", "mean_radius", "rim_speed"))
+        fixed = request.present(("outer_radius", "mean_radius", "rim_speed"))
         free = request.width is None if request.shape == DISC else len(section) < 2
         if (request.shape == LIGHTEST or (not fixed and free)) and request.material.allowable is None:
             expected = "a material, or a stress, that limits the size of the wheel"
             faults.append(Fault(request.at_key("allowable_stress"), "nothing", expected))
         if request.thin and request.shape == DISC:
             faults.append(Fault(request.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
-    armed = request.shape == ARMS or (request.shape == LIGHTEST and request.given(_ARMED))
-    if armed and not request.given(_HUB):
+    armed = request.shape == ARMS or (request.shape == LIGHTEST and request.present(_ARMED))
+    if armed and not request.present(_HUB):
         faults.append(Fault(request.at_key("bore"), "nothing", "bore or hub_diameter", "the arms stand on the hub"))
     if request.bore is not None and request.hub_diameter is not None and request.hub_diameter <= request.bore:
         defect = f"{request.hub_diameter:g} m with a bore of {request.bore:g} m"
         faults.append(Fault(request.at_key("hub_diameter"), defect, "a diameter above the bore"))
-    if request.arm_share is not None and request.given(("arm_width", "arm_thickness")):
+    if request.arm_share is not None and request.present(("arm_width", "arm_thickness")):
         faults.append(Fault(request.at_key("arm_share"), "arm_share together with the arms' axes", "one or the other"))
     if request.arm_thickness is not None and request.arm_width is None:
         faults.append(Fault(request.at_key("arm_thickness"), "arm_thickness alone", "arm_width with it"))

@@ -26,7 +26,7 @@ import numpy as np
 
 from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
-from flywheel.designs.figures import progress_bar, with_known_marks, worker_pool
+from flywheel.designs.figures import progress_bar, with_earlier_marks, worker_pool
 from flywheel.machine.dynamics import dynamics_of
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
@@ -426,7 +426,7 @@ def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
 def _choice(scene: Scene, crank: float | None, terms: Terms, rtol: float | None, row: CatalogueMotor) -> MotorChoice:
     """Result for a machine with a motor of the table."""
     try:
-        machine = with_known_marks(Machine(with_motor(scene, row, crank)))
+        machine = with_earlier_marks(Machine(with_motor(scene, row, crank)))
     except SceneError as error:
         return MotorChoice(row, False, "; ".join(map(str, error.faults[:2])))
     choice = MotorChoice(row, None, ratio=_ratio(machine.scene))
@@ -436,7 +436,7 @@ def _choice(scene: Scene, crank: float | None, terms: Terms, rtol: float | None,
             return choice
         sizing = _sized(machine, rtol)
     except SceneError as error:
-        reasons = [_told(fault) for fault in error.faults]
+        reasons = [_reason(fault) for fault in error.faults]
         decided = [reason for reason, certain in reasons if certain]
         return choice._replace(suits=False if decided else None, reason="; ".join(decided[:2]) or reasons[0][0])
     choice = _figures(choice, sizing, terms)
@@ -662,7 +662,7 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
         phase if phase.scene is None else phase._replace(scene=replace(phase.scene, limits=limits)) for phase in scene.duty
     )
     limited = replace(scene, limits=limits, duty=duty)
-    return size(limited if duty else with_known_marks(Machine(limited)), rtol, simulate=False)
+    return size(limited if duty else with_earlier_marks(Machine(limited)), rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:
@@ -732,13 +732,13 @@ def _beyond(choice: MotorChoice, sizing: Sizing, terms: Terms) -> str:
     return ""
 
 
-def _told(fault: Fault) -> tuple[str, bool]:
+def _reason(fault: Fault) -> tuple[str, bool]:
     """Reason why a motor is unsuitable, by a fault of the machine with it; and whether it could be computed."""
     name = fault.path.removeprefix("flywheel.limits.")
-    if name in _WORDS and (best := _BEST.search(fault.found)):
+    if name in _WORDS and (best := _BEST.search(fault.defect)):
         return f"{_WORDS[name]}: at best {float(best['share']):.4g} % of its rating, {best['where']}", True
     if fault.path.endswith(".starts"):  # of a phase of its duty
-        return f"{_NO_START[1]}: {fault.found}", True
+        return f"{_NO_START[1]}: {fault.defect}", True
     if "stalls" in fault.advice:
-        return f"stalls: {fault.found}", True
-    return f"{fault.path}: {fault.found}, expected {fault.expected}", fault.path == "flywheel.limits"
+        return f"stalls: {fault.defect}", True
+    return f"{fault.path}: {fault.defect}, expected {fault.expected}", fault.path == "flywheel.limits"

@@ -286,7 +286,7 @@ def one_by_one(
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
-                machine = with_known_marks(Machine(design)) if design.depends_on_speed else design
+                machine = with_earlier_marks(Machine(design)) if design.depends_on_speed else design
                 sizing_figures = figures_of(size(machine, rtol, accuracy="normal"))
             except SceneError as error:
                 batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
@@ -301,7 +301,7 @@ def one_by_one(
 
 
 @np.errstate(all="ignore")
-def with_known_marks(machine: Machine) -> Machine:
+def with_earlier_marks(machine: Machine) -> Machine:
     """Gives a machine the breakpoints and landmarks of an earlier one with the same breaks; else its own are kept.
 
     Finding them takes longer than the motion if laws are long, and the drive does not change them.
@@ -410,7 +410,7 @@ MAIN = ("mass", "exact", "irregularity", "power")
 """The figures that are shown unless others are named."""
 
 
-def shown(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
+def selection(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
     """The figures to be shown: those that are named, or the main ones."""
     own = list(there)
     return [name for name in names or MAIN if name in own] or own[:1]

@@ -41,7 +41,7 @@ from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness
 from flywheel.regime.turning_moment import CycleErrors, Run, spread_of_closing
 from flywheel.sizing import limits
 from flywheel.sizing.limits import FlywheelPoint, LimitState
-from flywheel.sizing.motor import IRREGULARITY, Found, MotorShaft, Share, of_motor, shares
+from flywheel.sizing.motor import IRREGULARITY, AnyFigures, MotorShaft, Share, of_motor, shares
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
 Start = Callable[..., State | None]
@@ -289,7 +289,7 @@ class DesignShaft(MotorShaft):
         """Speeds of the cranks, rad/s."""
         return self.speeds
 
-    def refined(self, evaluated: Callable[[Cells], tuple[Found, Any, Any]], rtol: float) -> Found:
+    def refined(self, evaluated: Callable[[Cells], tuple[AnyFigures, Any, Any]], rtol: float) -> AnyFigures:
         """The outcome on the motions' own cells: other cells are tried only for a whole design."""
         return evaluated(self.mesh)[0]
 
@@ -349,22 +349,22 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool))  # none is sought where there is no irregularity
     if inertia is not None or np.isfinite(givens.irregularity).all():
         own = solved(left, guess[left], None if inertia is None else inertia[left])
-    if limits := structure.asked(columns) if of_motor(moments.machine.scene) else {}:
+    if limits := structure.limits_of(columns) if of_motor(moments.machine.scene) else {}:
         ends = [values.rows["energy_fluctuation"], greatest, speed]
         own = _limited(partial(solved, starts=(first_guess,)), left, limits, ends, own, rtol)
-    if inertia is None and own.found.any():
+    if inertia is None and own.success.any():
         own.values["exact"] = own.values["exact"] / ratio[left] ** 2
     for alone in (False, True):
-        if own.found.any():
+        if own.success.any():
             if inertia is None:
                 own.values["needed"] = np.full(left.shape, 0.0 if alone else 1.0)
                 own.errors["needed"] = np.zeros(left.shape)
-            values.put(left, own.values, own.found)
-            errors.put(left, own.errors, own.found)
-            worst[left[own.found]] = own.missed[own.found]
+            values.put(left, own.values, own.success)
+            errors.put(left, own.errors, own.success)
+            worst[left[own.success]] = own.missed[own.success]
         if alone or inertia is not None or limits:
             break
-        left = left[~own.found & (least > _NO_INERTIA * greatest)[left]]
+        left = left[~own.success & (least > _NO_INERTIA * greatest)[left]]
         own = _even_enough(solved(left, 0.0 * speed[left], 0.0 * speed[left]), givens.irregularity[left])
     return values.rows, errors.rows, np.where(good, np.maximum(missed, worst), np.inf)
 
@@ -375,7 +375,7 @@ class Solutions(NamedTuple):
     values: dict[str, Array]
     errors: dict[str, Array]
     missed: Array
-    found: NDArray[np.bool_]
+    success: NDArray[np.bool_]
 
 
 def _at_constant_speed(
@@ -478,8 +478,8 @@ def _limited(
         own = {name: float(values[k]) for name, values in demands.items()}
         fluctuation, least, speed = (float(end[k]) for end in ends)
         searches.append(limits.Search(own, *limits.extent(fluctuation, least, speed, own.get(IRREGULARITY, 2.0)), rtol))
-        if sized.found[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
-            searches[row].known[inertia] = _point(sized, row, inertia, demands)
+        if sized.success[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
+            searches[row].points[inertia] = _point(sized, row, inertia, demands)
     steps = [limits.first_kept(search, 1.0) for search in searches]
     questions = [(row, further(row)) for row in range(which.size)]
     while some := [(row, inertia) for row, inertia in questions if inertia is not None]:
@@ -490,7 +490,7 @@ def _limited(
     rows = np.flatnonzero(np.isfinite(kept[0]))
     inertia, error = kept[:, rows]
     at, beside = (solved(which[rows], each, each) for each in (inertia, inertia * (1.0 + _BESIDE)))
-    stands = at.found & beside.found
+    stands = at.success & beside.success
     if stands.any():
         along = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(_LIMITED)}
         moved = {name: np.abs(beside.values[name] - value) / _BESIDE * error for name, value in along.items()}
@@ -501,8 +501,8 @@ def _limited(
         values.put(rows, along | {"exact": inertia}, stands)
         errors.put(rows, off | {"exact": error}, stands)
         missed[rows[stands]] = np.maximum(np.maximum(at.missed, error), worst[rows])[stands]
-    if sized.found.any():  # where the irregularity decides
-        same = np.flatnonzero(sized.found & (kept[0] == sized.values["exact"]))
+    if sized.success.any():  # where the irregularity decides
+        same = np.flatnonzero(sized.success & (kept[0] == sized.values["exact"]))
         for table, rows_of in ((values, sized.values), (errors, sized.errors)):
             table.put(same, {name: row[same] for name, row in rows_of.items() if not name.startswith(_LIMITED)})
         missed[same] = sized.missed[same]
@@ -511,7 +511,7 @@ def _limited(
 
 def _point(solutions: Solutions, row: int, inertia: float, names: Iterable[str]) -> FlywheelPoint:
     """A flywheel (kg m² on the crank) with the figures along its motion, if one was found."""
-    if not solutions.found[row]:
+    if not solutions.success[row]:
         return FlywheelPoint(inertia, Existence.UNKNOWN)
     columns = {name: f"{_LIMITED}{name}" for name in names}
     values, errors = solutions.values, solutions.errors
@@ -660,11 +660,11 @@ def _solutions(
 
 def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
     """The motions without a flywheel that keep the irregularity, whose error replaces that of a flywheel."""
-    if not own.found.any():
+    if not own.success.any():
         return own
     eps, error = own.values.pop("irregularity"), own.errors.pop("irregularity")
     values, errors = own.values | {"exact": 0.0 * eps}, own.errors | {"exact": error}
-    return Solutions(values, errors, own.missed, own.found & (eps * (1.0 + error) <= irregularity))
+    return Solutions(values, errors, own.missed, own.success & (eps * (1.0 + error) <= irregularity))
 
 
 def _motions(
@@ -777,7 +777,7 @@ def _of_motion(
             balance,
             np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.work / exchanged),
         )
-    if names := limits.asked_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
+    if names := limits.requirements_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
         figures: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
         run = Run(*figures)._replace(speed=speed, level=own.level)

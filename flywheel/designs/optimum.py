@@ -27,7 +27,7 @@ from flywheel.designs.figures import ENGINES, figures_of, progress_bar, worker_p
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import refuse, require, shown
+from flywheel.numerics.arguments import brief, refuse, require
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum, unit_points
@@ -387,16 +387,16 @@ class _FigureFormula:
             self.expression: Expression = parse(plain, frozenset(self.names.values()))
         except ExpressionError as error:
             for word in _NAME.findall(self.text):
-                if word in error.found and word not in names:
+                if word in error.defect and word not in names:
                     self._refuse(path, word, names)
             what = "an expression of figures, and of numbers of the scene"
-            raise SceneError([Fault(path, show(self.text), what, f"{error.found}: expected {error.expected}")]) from None
+            raise SceneError([Fault(path, show(self.text), what, f"{error.defect}: expected {error.expected}")]) from None
 
     def _refuse(self, path: str, name: object, names: Mapping[str, str]) -> None:
         """SceneError for an unknown name, with the nearest and all valid ones."""
         near = suggestion(str(name), names)
         own = [*NAMES, *(number for number in names if number not in BY_NAME)]
-        raise SceneError([Fault(path, shown(name), f"one of {', '.join(own)}", near)])
+        raise SceneError([Fault(path, brief(name), f"one of {', '.join(own)}", near)])
 
     def __call__(self, family: Variation, columns: Array, values: Array) -> Array:
         """The values at designs."""
@@ -541,7 +541,7 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     """Designs over the whole bounds, the scene's own among them; SceneError if none is valid, or has the figure."""
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
-        raise SceneError([Fault("samples", shown(samples), "a power of two, 2 or more")])
+        raise SceneError([Fault("samples", brief(samples), "a power of two, 2 or more")])
     unit = unit_points("sobol", samples, count, [seed])
     columns = problem.low[:, None] + unit * (problem.high - problem.low)[:, None]
     own = np.clip(family.nominal, problem.low, problem.high)

@@ -232,7 +232,7 @@ def _column(scene: Scene, path: str, unit: str, cells: Sequence[Any], file: str)
             return parsed(scene, path, text)
         except QuantityError as error:
             where = f"{file}, line {k + 2}, {path}"
-            raise SceneError([Fault(where, error.found, error.expected, error.advice)]) from None
+            raise SceneError([Fault(where, error.defect, error.expected, error.advice)]) from None
 
     try:
         plain = np.array(cells, float)

@@ -502,7 +502,7 @@ def write_npz(sweep: Sweep, path: str | Path) -> None:
     """Writes the sweep, finished or interrupted; a file of another sweep is not changed."""
     path, own = Path(path), head(sweep.plan)
     if fault := npz_fault(path, own):
-        raise RefusalError(f"it is another's ({fault.found}): give another name", path)
+        raise RefusalError(f"it is another's ({fault.defect}): give another name", path)
     arrays: dict[str, NDArray[Any]] = {_HEAD: np.array(json.dumps(own)), **sweep.columns}
     arrays |= {name: sweep.values[name] for name in sweep.names}
     arrays |= {f"error.{name}": sweep.error[name] for name in sweep.names}

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import require, shown
+from flywheel.numerics.arguments import brief, require
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.optima import gradient, minimum, unit_points
 from flywheel.reading.paths import by_path
@@ -221,12 +221,12 @@ def tolerance(
     require("vary", vary, Mapping, "paths, each with (low, high) or a standard deviation")
     vary = by_path(vary)
     family = Variation(scene, vary, rtol, engine)
-    intervals, deviations = _given(family, vary)
+    intervals, deviations = _ranges(family, vary)
     if not 64 <= samples <= _MOST_SAMPLES or samples & (samples - 1):
-        raise SceneError([Fault("samples", shown(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
+        raise SceneError([Fault("samples", brief(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
     levels = tuple(quantiles)
     if wrong := [q for q in levels if not 0.0 < q < 1.0]:
-        raise SceneError([Fault("quantiles", shown(wrong[0]), "a share above 0 and below 1")])
+        raise SceneError([Fault("quantiles", brief(wrong[0]), "a share above 0 and below 1")])
     centre, kept_names = family.centre(), {f"keep {name}": figure_name(f"keep {name}", name) for name in keep or {}}
     names = None if figures is None else list(dict.fromkeys((*figure_names(figures), *kept_names.values())))
     chosen = [NAMES.index(name) for name in family.there(centre, names)]
@@ -283,7 +283,7 @@ def tolerance(
     )
 
 
-def _given(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+def _ranges(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
     """Intervals, or deviations, in SI."""
     intervals, deviations, faults = dict[str, tuple[float, float]](), dict[str, float](), list[Fault]()
     for path, dimension in zip(family.paths, family.dimensions, strict=True):

@@ -30,7 +30,7 @@ from flywheel.designs.figures import (
 )
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import name_faults, refuse, shown
+from flywheel.numerics.arguments import brief, name_faults, refuse
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.optima import Slopes, slopes
@@ -75,7 +75,7 @@ def figure_name(path: str, name: object) -> str:
     """
     if isinstance(name, str) and name in BY_NAME:
         return BY_NAME[name]
-    raise SceneError([Fault(path, shown(name), "a figure", suggestion(str(name), BY_NAME) or f"known: {', '.join(NAMES)}")])
+    raise SceneError([Fault(path, brief(name), "a figure", suggestion(str(name), BY_NAME) or f"known: {', '.join(NAMES)}")])
 
 
 def figure_names(names: str | Iterable[str]) -> list[str]:
@@ -250,7 +250,7 @@ def quantity(value: object, dimension: str, path: str) -> float:
     try:
         return parse_quantity(value, None if left_open else dimension)
     except QuantityError as error:
-        raise SceneError([Fault(path, error.found, error.expected, error.advice)]) from None
+        raise SceneError([Fault(path, error.defect, error.expected, error.advice)]) from None
 
 
 def limits_of(pair: Any, unit: str, path: str) -> tuple[float | None, float | None]:
@@ -346,14 +346,14 @@ class Sensitivities:
 
     def derivative(self, figure: str, path: str) -> Derivative:
         """The derivative of a figure by a number; SceneError if there is no such figure or number."""
-        own, name = self.derivatives[self._known(figure)], dotted(path)
+        own, name = self.derivatives[self._figure_name(figure)], dotted(path)
         if name not in own:
             raise SceneError([Fault(path, "no number of these", f"one of {', '.join(own)}")])
         return own[name]
 
     def elasticity(self, figure: str, path: str) -> float:
         """The relative change of a figure over that of a number (percent for one percent); NaN for a 0."""
-        value = self.values[self._known(figure)]
+        value = self.values[self._figure_name(figure)]
         return self.derivative(figure, path).value * self.numbers[dotted(path)] / value if value else float("nan")
 
     def as_dict(self) -> dict[str, Any]:
@@ -376,7 +376,7 @@ class Sensitivities:
             },
         }
 
-    def _known(self, figure: str) -> str:
+    def _figure_name(self, figure: str) -> str:
         name = figure_name("figure", figure)
         if name not in self.derivatives:
             expected = f"one of {', '.join(self.derivatives)}"
@@ -443,10 +443,10 @@ def sensitivities(
     )
 
 
-def known_figures(result: Sensitivities, names: Iterable[str]) -> None:
+def check_figures(result: Sensitivities, names: Iterable[str]) -> None:
     """Raises SceneError if a figure is none of those that were derived."""
     for name in names:
-        result._known(name)
+        result._figure_name(name)
 
 
 def _derivative(of: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> Derivative:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bondgraph.elements import Here
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Cells
-from flywheel.numerics.expressions import Expression, shown, units_of_name
+from flywheel.numerics.expressions import Expression, unit_text, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
@@ -137,7 +137,7 @@ class Effort:
         unknown: str | None = None,
         senses: Senses | Callable[[], Senses] | None = None,
     ) -> None:
-        self.load, self.place, self._given_senses = load, place, senses
+        self.load, self.place, self._senses = load, place, senses
         key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
         if load.model:
             key = "motor" if load.path == "drive" else "model"
@@ -148,7 +148,7 @@ class Effort:
         self._unknown: str | None = None
         if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
             if load.law.degree(unknown) is None:
-                defect = f'"{load.law.shown}", which is not linear in the balance {unknown}'
+                defect = f'"{load.law.excerpt}", which is not linear in the balance {unknown}'
                 advice = "give it a value, and balance another quantity"
                 raise SceneError([Fault(self.path, defect, f"{unknown} as a factor or a term", advice)])
             self._unknown = unknown
@@ -161,7 +161,7 @@ class Effort:
         """Ranges in which its place moves forwards and backwards; None if the load does not depend on that."""
         if not self.load.sense and "v" not in getattr(self._law, "names", ()):
             return None
-        return self._given_senses() if callable(self._given_senses) else self._given_senses
+        return self._senses() if callable(self._senses) else self._senses
 
     @cached_property
     def reverses(self) -> bool:
@@ -326,7 +326,7 @@ def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
             texts |= {"x": "rad", "v": "rad/s"} if rotating else {"x": "m", "v": "m/s"}
             symbols = {**{variable: parse_unit(text, None) for variable, text in texts.items()}, **scene.units}
             units.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), symbols))
-    return shown(units.pop()) if len(units) == 1 else None
+    return unit_text(units.pop()) if len(units) == 1 else None
 
 
 def moving_switches(law: Expression) -> tuple[Expression, ...]:

@@ -416,7 +416,7 @@ class Structure:
     zeros: tuple[Program, ...] = ()
     limits: Program | None = None
 
-    def asked(self, columns: Array) -> dict[str, Array]:
+    def limits_of(self, columns: Array) -> dict[str, Array]:
         """The limits of every design, by their names."""
         names = self.twin.scene.limits
         return {} if self.limits is None else dict(zip(names, _at(self.limits, columns), strict=True))
@@ -798,7 +798,7 @@ class Structures:
 
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
         self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
-        self._known: list[Structure] = []
+        self._structures: list[Structure] = []
         self._refused: list[Conditions] = []
         self._tries = self._poor = 0
 
@@ -809,14 +809,14 @@ class Structures:
         groups: list[tuple[Structure, Index]] = []
         repeats = refusals = 0
         while left.size:
-            if repeats < len(self._known):
-                structure, repeats = self._known[repeats], repeats + 1
+            if repeats < len(self._structures):
+                structure, repeats = self._structures[repeats], repeats + 1
                 mine = structure.kept(columns[:, left])
                 groups += [(structure, left[mine])] if mine.any() else []
             elif refusals < len(self._refused):
                 conditions, refusals = self._refused[refusals], refusals + 1
                 mine = _kept(conditions, columns[:, left])
-            elif self._poor >= _MOST_POOR or len(self._known) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS:
+            elif self._poor >= _MOST_POOR or len(self._structures) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS:
                 break
             else:
                 at = left.size // 2
@@ -848,7 +848,7 @@ class Structures:
             self.why, self._poor = f"the recorded machine and the machine itself differ: {trouble[0]}", self._poor + 1
         if trouble or not mine.size:
             return False
-        self._known.append(structure)
+        self._structures.append(structure)
         if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
             self._poor += 1
             if self._poor >= _MOST_POOR:

@@ -257,7 +257,7 @@ class Pressed:
     by_acceleration: Array
     pull: Array
     ways: Array
-    known: tuple[tuple[Array, Array, Flags], ...]
+    constants: tuple[tuple[Array, Array, Flags], ...]
     sense: Array
     sliding: Array
     factors: Array
@@ -267,13 +267,13 @@ class Pressed:
     @cached_property
     def scale(self) -> Array:
         """The largest term of the sums, N, (n,)."""
-        largest = [np.abs(rows * inputs[:, None, None, :]).max(axis=(1, 2, 3)) for rows, inputs, _ in self.known]
+        largest = [np.abs(rows * inputs[:, None, None, :]).max(axis=(1, 2, 3)) for rows, inputs, _ in self.constants]
         return np.asarray(np.max(largest, axis=0))
 
     @cached_property
     def lined(self) -> Flags:
         """Pins whose force keeps to a line whatever acts, so that it may pass zero (a rod without mass), (n, forces)."""
-        return np.concatenate([_lined(rows) & curved for rows, _, curved in self.known], axis=1)
+        return np.concatenate([_lined(rows) & curved for rows, _, curved in self.constants], axis=1)
 
 
 class Resisted(NamedTuple):
@@ -481,7 +481,7 @@ class JointFriction:
             by_acceleration=np.concatenate(by_acceleration, axis=1),
             pull=pull,
             ways=ways,
-            known=tuple(constant),
+            constants=tuple(constant),
             sense=sense,
             sliding=sliding,
             factors=np.where(self.rubbing_joints, -sliding, 1.0) * self.strengths,

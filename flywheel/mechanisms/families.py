@@ -271,7 +271,7 @@ class Kind(NamedTuple):
         return (*self.nouns, *(part.name for part in self.parts))
 
     @property
-    def shown_first(self) -> tuple[str, ...]:
+    def default_curves(self) -> tuple[str, ...]:
         """Names of motions or joints, one of which is shown by default."""
         return self.main or tuple(self.guides.get(port.name, port.name) for port in self.ports)
 

@@ -172,15 +172,15 @@ def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, flo
         other = None
     except SceneError as refused:
         other = refused.faults[0]
-    what, places = fault.found.rpartition(" at ")[0], [lock]
-    if other is not None and other.locks and other.found.rpartition(" at ")[0] == what:
+    what, places = fault.defect.rpartition(" at ")[0], [lock]
+    if other is not None and other.locks and other.defect.rpartition(" at ")[0] == what:
         apart = other.locks[0] - lock
         if abs(apart if linkage.sliding else np.sin(0.5 * apart)) > _SAME_LOCK:
             places = sorted((lock, other.locks[0]))
     if len(places) == 2:
         first, second = (f"{at if linkage.sliding else np.degrees(at):.9g}" for at in places)
         defect = f"{what} at {first} and {second} {'m' if linkage.sliding else 'deg'}"
-        return SceneError([fault._replace(found=defect, advice=f"{fault.advice}; a [stroke] may lie between the two")])
+        return SceneError([fault._replace(defect=defect, advice=f"{fault.advice}; a [stroke] may lie between the two")])
     if ends == (0.0, tau) or LEAVE in fault.advice:
         return error
     mend = "let [stroke] end before it" if lock > start else "let [stroke] begin after it"

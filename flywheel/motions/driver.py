@@ -23,7 +23,7 @@ from flywheel.motions.motion import Driver, Motion, Transient, sampled, steady_m
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
-from flywheel.numerics.faults import Fault, SceneError, show, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text, show
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
@@ -250,7 +250,10 @@ def along_transient(scene: Scene, source: Transient | Motion) -> Course:
         return Driver(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
 
     ended = source.ended if isinstance(source, Transient) else motion.ended
-    place, pace = told(float(motion.phi[0]), scene.reduction_element == "slide"), _speed(scene, float(motion.omega[0]))
+    place, pace = (
+        coordinate_text(float(motion.phi[0]), scene.reduction_element == "slide"),
+        _speed(scene, float(motion.omega[0])),
+    )
     edges = np.unique(switching(trail)[0])
     return Course(
         f"from {place}, {pace}: {ended or f'followed for {figure(last)} s'}",
@@ -274,7 +277,7 @@ def _within(t: Array, low: float, high: float) -> None:
 # -- a law of time -----------------------------------------------------------------------------------------------------
 
 _NODES = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 17))
-_SHOWN = 9
+_DIGITS = 9
 _JUMP = 1e-9  # of the range: less is rounding
 _CORNER = 1e-7  # of the greatest rate
 _FEWEST = 4  # rows of a table
@@ -322,7 +325,7 @@ def imposed(
     for what, part in zip(("whose position", "whose rate", "whose acceleration"), values, strict=True):
         if not np.isfinite(part).all():
             t = float(nodes[~np.isfinite(part)][0])
-            where = f"{imposed_law.words}, {what} is not finite at t = {t:.{_SHOWN}g} s"
+            where = f"{imposed_law.words}, {what} is not finite at t = {t:.{_DIGITS}g} s"
             raise SceneError([Fault("law", where, "a law with a finite position, rate and acceleration")])
     q, rate, _ = values
     scale = max(float(np.ptp(q)), UNSURE * float(np.abs(q).max()), 1e-300)
@@ -330,11 +333,11 @@ def imposed(
     if (jumps > _JUMP * scale).any():
         worst = int(np.argmax(jumps > _JUMP * scale))
         unit = "m" if scene.sliding else "rad"
-        where = f"{imposed_law.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_SHOWN}g} s"
+        where = f"{imposed_law.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_DIGITS}g} s"
         raise SceneError([Fault("law", where, "a law whose position does not jump")])
     corners = np.abs(rate[1:, 0] - rate[:-1, -1]) > _CORNER * float(np.abs(rate).max())
     messages = [
-        f"the driver's speed jumps at t = {t:.{_SHOWN}g} s: an acceleration without end there" for t in edges[1:-1][corners]
+        f"the driver's speed jumps at t = {t:.{_DIGITS}g} s: an acceleration without end there" for t in edges[1:-1][corners]
     ]
     _check_limits(scene, imposed_law, {**_ends_of_stroke(scene), **(limits or {})})
     first, last = float(edges[0]), float(edges[-1])
@@ -421,13 +424,13 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
             if beyond.any():
                 t = float(times[int(np.argmax(beyond))])
                 t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
-                defect = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, "
-                defect += f"above {told(end, sliding)}" if sense > 0 else f"below {told(end, sliding)}"
-                expected = f"a law from {told(low, sliding)} to {told(high, sliding)}"
+                defect = f"{law.words}, which drives the machine {what} at t = {t:.{_DIGITS}g} s, "
+                defect += f"above {coordinate_text(end, sliding)}" if sense > 0 else f"below {coordinate_text(end, sliding)}"
+                expected = f"a law from {coordinate_text(low, sliding)} to {coordinate_text(high, sliding)}"
                 if not np.isfinite(low):
-                    expected = f"a law below {told(high, sliding)}"
+                    expected = f"a law below {coordinate_text(high, sliding)}"
                 elif not np.isfinite(high):
-                    expected = f"a law above {told(low, sliding)}"
+                    expected = f"a law above {coordinate_text(low, sliding)}"
                 faults.append((t, Fault("law", defect, expected)))
     if faults:
         raise SceneError([min(faults, key=lambda one: one[0])[1]])
@@ -444,7 +447,7 @@ def _law_of(scene: Scene, law: object, until: float | None) -> _Law:
         times, positions = (arguments.array("law", column).ravel() for column in law)
         return _table(scene, times, positions, until, "a table")
     expected = "an expression of t, a CSV file, a pair of times and positions, or a function of t"
-    raise SceneError([Fault("law", arguments.shown(law), expected)])
+    raise SceneError([Fault("law", arguments.brief(law), expected)])
 
 
 def _needed(until: float | None) -> float:
@@ -468,7 +471,7 @@ def _formula(scene: Scene, text: str, until: float) -> _Law:
     try:
         formula = parse(text, frozenset(scene.parameters))
     except ExpressionError as error:
-        raise SceneError([Fault("law", error.found, error.expected, error.advice)]) from None
+        raise SceneError([Fault("law", error.defect, error.expected, error.advice)]) from None
     if foreign := sorted(formula.names - {"t", *scene.parameters}):
         raise SceneError([Fault("law", f"an expression of {', '.join(foreign)}", "one of t and the scene's parameters")])
     law = Expression(text, renamed(formula.tree, "t", "phi"))
@@ -561,7 +564,7 @@ def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
             for unit, what in zip(units, ("time", position), strict=True)
         ]
     except QuantityError as error:
-        raise SceneError([Fault("law", error.found, error.expected, f"in the header of {path.name}")]) from None
+        raise SceneError([Fault("law", error.defect, error.expected, f"in the header of {path.name}")]) from None
     times, positions = (
         np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, parts, strict=True)
     )
@@ -623,9 +626,9 @@ def course_of(
         raise SceneError([Fault(named[1], f"{named[1]} beside {named[0]}", "one motion of the driver", "leave one out")])
     axis = over or (TIME if named and named[0] in ("law", "transient") else DRIVER)
     if axis not in (DRIVER, TIME):
-        raise SceneError([Fault("over", arguments.shown(over), f'"{DRIVER}" or "{TIME}"')])
+        raise SceneError([Fault("over", arguments.brief(over), f'"{DRIVER}" or "{TIME}"')])
     if until is not None and law is None:
-        raise SceneError([Fault("until", arguments.shown(until), "none without a law", "give a law of time")])
+        raise SceneError([Fault("until", arguments.brief(until), "none without a law", "give a law of time")])
     if not named and axis == TIME:
         expected, advice = (
             "a motion in time",

@@ -157,7 +157,7 @@ def joint_forces(
         motion, condition = _at_speed(machine, positions, speed, float(acceleration))
         balance, off = _balance(machine, speed)
         errors = StateErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
-    forces = _found(machine, motion, errors, balance, condition, inertia, friction)
+    forces = _forces(machine, motion, errors, balance, condition, inertia, friction)
     return forces._replace(messages=(*taken, *forces.messages))
 
 
@@ -173,7 +173,7 @@ def _with_joints(source: Machine | Scene) -> Scene:
     return scene
 
 
-def _found(
+def _forces(
     machine: Machine,
     motion: MachineMotion,
     errors: StateErrors,
@@ -329,7 +329,7 @@ def along_run(
     motion = MachineMotion(samples.phi + machine.scene.origin, samples.omega, samples.acceleration, times, gone, anchor)
     words = f"followed from {number(float(run.motion.omega[0]))} {_unit_of_speed(machine.scene)}: {run.ended}"
     errors = _errors_along(run, motion, () if samples.states is None else np.array([*samples.states.values()]))
-    return _found(machine, motion, errors, run.balance, words, inertia, friction)
+    return _forces(machine, motion, errors, run.balance, words, inertia, friction)
 
 
 def _unit_of_speed(scene: Scene) -> str:

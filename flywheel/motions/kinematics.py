@@ -209,7 +209,7 @@ def motion(
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine that moves", "give a mechanism instead")])
     if points is not None and points < 1:
-        raise SceneError([Fault("points", arguments.shown(points), "a whole number, 1 or above")])
+        raise SceneError([Fault("points", arguments.brief(points), "a whole number, 1 or above")])
     course, axis = course_of(machine, over=over, speed=speed, law=law, until=until, regime=regime, transient=transient)
     if scene.compliances:
         course = course._replace(

@@ -29,7 +29,7 @@ from flywheel.motions.kinematics import motion
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import ROUNDINGS, beside, own_coordinate, reduce, rounded_otherwise, spread
 from flywheel.scene.scene import Scene
@@ -235,7 +235,7 @@ def _moving(
     still = ~(total > _STILL**2 * (_scale(machine, flywheel) if scale is None else scale))
     if still.any():
         symbol = "m* = 0" if scene.sliding else "I* = 0"
-        defect = f"no body with mass that moves at {told(float(phi[still].flat[0]), scene.sliding)} ({symbol})"
+        defect = f"no body with mass that moves at {coordinate_text(float(phi[still].flat[0]), scene.sliding)} ({symbol})"
         advice = "give the driver inertia, or leave that position out"
         raise SceneError([Fault(path, defect, "kinetic energy to share", advice)])
     return phi, total, parts

@@ -369,7 +369,7 @@ class Transient:
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None if there is
     none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at
-    its own shaft (kg m²). `given_errors` are those of inertia, balance and regime speed, in their units.
+    its own shaft (kg m²). `setting_errors` are those of inertia, balance and regime speed, in their units.
     """
 
     scene: Scene
@@ -382,7 +382,7 @@ class Transient:
     time_to_regime: float | None
     rtol: float
     messages: tuple[str, ...] = ()
-    given_errors: Mapping[str, float | None] = field(default_factory=dict)
+    setting_errors: Mapping[str, float | None] = field(default_factory=dict)
     from_regime: bool = False
 
     @cached_property

@@ -47,7 +47,7 @@ from flywheel.regime.state import DRIVE
 from flywheel.scene.scene import TURN, Scene, rtol_faults
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import Finding
-from flywheel.sizing.limits import asked_of
+from flywheel.sizing.limits import requirements_of
 from flywheel.sizing.motor import IRREGULARITY
 from flywheel.sizing.results import Limit, Trip
 
@@ -188,7 +188,7 @@ class SingleStroke:
     scene: Scene
     on: str
     inertia: float
-    given: bool
+    is_analysis: bool
     figures: Mapping[str, float | bool | str | None]
     formulas: Mapping[str, float]
     shares: Mapping[str, float]
@@ -244,7 +244,7 @@ class SingleStroke:
 
     def as_dict(self) -> dict[str, Any]:
         """The result for JSON: the keys of every sizing, null where they need a steady cycle, and `single_stroke`."""
-        analysed_inertia, exact = (self.inertia, None) if self.given else (None, self.inertia)
+        analysed_inertia, exact = (self.inertia, None) if self.is_analysis else (None, self.inertia)
         wheel = {"on": self.on, "inertia": analysed_inertia, "exact": exact, **dict.fromkeys(_NO_FLYWHEELS)}
         if self.limits:
             wheel |= {"limits": {name: limit.as_dict() for name, limit in self.limits.items()}, "binding": self.binding}
@@ -333,7 +333,9 @@ def single_stroke(
             assert loose is not None
             error = {**_errors(strokes, tight, loose), "greatest_rate": off}
             if scene.inertia is None:
-                of_limits = {name: _wheel_errors(*run, name, asked_of(scene)[name], closest) for name, run in alone.items()}
+                of_limits = {
+                    name: _wheel_errors(*run, name, requirements_of(scene)[name], closest) for name, run in alone.items()
+                }
                 error["inertia"] = strokes.inertia * of_limits.get(binding or IRREGULARITY, (0.0, 0.0))[1]
         else:
             error = {
@@ -596,7 +598,7 @@ def _sized(
     A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is computed together
     with its stroke, roughly first, or from a neighbour's; if that fails, or none is needed, by a search.
     """
-    demands, last = asked_of(scene), list[SceneError]()
+    demands, last = requirements_of(scene), list[SceneError]()
     runs: dict[tuple[float, float], tuple[Strokes, Phases] | None] = {}
 
     def beside(name: str, start: Strokes, close: float, guess: Phases | None, earlier: Phases | None = None) -> Strokes:
@@ -691,7 +693,7 @@ def _sized(
     assert run is not None
     limits = {name: Limit(demands[name], values[name], alone[name]) for name in scene.limits}
     for name, limit in limits.items():
-        if limit.reached > limit.asked * (1.0 + _BROKEN):
+        if limit.reached > limit.requirement * (1.0 + _BROKEN):
             defect = f"{100.0 * limit.reached:.4g} % with the {alone[binding]:.5g} kg m² that {binding} needs"
             raise SceneError([Fault(f"flywheel.limits.{name}", defect, "limits that one flywheel keeps", "allow more")])
     own_runs = {name: each for name, inertia in alone.items() if inertia > 0.0 and (each := runs[inertia, tolerance])}
@@ -775,7 +777,7 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
             try:
                 tried = begun(gap)
             except SceneError as error:
-                rates[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].found}", 0.0
+                rates[gap] = math.inf, f"{error.faults[0].path}: {error.faults[0].defect}", 0.0
             else:
                 last[0] = tried.phases
                 noted(gap, tried)

@@ -39,7 +39,7 @@ from flywheel.motions.motion import (
 from flywheel.motions.simulation import Regime, actual, motion_from, regime_of
 from flywheel.motions.starting import drive_acts, inverter_trips, moment_at_rest, start_heat, within
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError, show, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text, show
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import (
@@ -49,8 +49,8 @@ from flywheel.regime.free_motion import (
     effort_of,
     end_of_stroke,
     friction_of,
-    held_by,
     neighbours,
+    rest_cause,
     straight,
 )
 from flywheel.regime.joint_friction import machine_of
@@ -87,7 +87,7 @@ class Until(NamedTuple):
     value: float = 0.0
     sliding: bool | None = None
 
-    def told(self, sliding: bool) -> str:
+    def words(self, sliding: bool) -> str:
         """The end in words, with its unit."""
         way, speed = ("m", "m/s") if sliding else ("rad", "rad/s")
         if self.kind == "way" and not sliding:
@@ -218,7 +218,7 @@ def transient(
     reason, ended = _ending(setting, trail, motion, goal, limit)
     regime, scene = setting.regime, setting.machine.scene
     if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
-        ended = f"{ended}; it did not reach {goal.told(scene.reduction_element == 'slide')}"
+        ended = f"{ended}; it did not reach {goal.words(scene.reduction_element == 'slide')}"
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
@@ -243,7 +243,7 @@ def transient(
         time_to_regime=None if regime is None else trail.time_to(SHARE * regime.speed),
         rtol=rtol,
         messages=tuple(messages),
-        given_errors={
+        setting_errors={
             "flywheel": setting.inertia * setting.inertia_error,
             "balance": None if scene.unknown is None else abs(setting.balance) * setting.balance_error,
             "regime_speed": None if regime is None else regime.speed * (regime.sizing.error.simulation or 0.0),
@@ -500,7 +500,7 @@ def _start(setting: TransientSetting, start: float | str, at: float | None, goes
     if omega > 0.0 or machine.depends_on_time or later or (circuit is not None and dynamics.holds):
         return begin
     if dynamics.holds:
-        return _held_start(setting, begin, goes_on)
+        return _start_at_rest(setting, begin, goes_on)
     locked = begin if circuit is None else begin._replace(states=circuit.steady(0.0))
     moment, scale = moment_at_rest(dynamics, locked)
     balanced = abs(moment) <= _BALANCED * scale
@@ -537,7 +537,7 @@ def _own_states(setting: TransientSetting, phi: float, omega: float, of_regime: 
     return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
 
 
-def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start:
+def _start_at_rest(setting: TransientSetting, begin: Start, goes_on: bool) -> Start:
     """The start of a machine that dry friction may hold, where nothing changes with time; goes_on: as for `_start`."""
     machine, dynamics = setting.machine, setting.dynamics
     phi = within(machine, begin.phi)
@@ -550,7 +550,7 @@ def _held_start(setting: TransientSetting, begin: Start, goes_on: bool) -> Start
         defect = f"a machine that moves backwards: at {where} it is at rest, and {friction} does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
-        defect = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
+        defect = f"a machine that does not start: at rest at {where} {rest_cause(dynamics, phi, 0.0, begin.states)}"
         advice = "a larger drive, less friction, or a start at a speed"
     raise SceneError([_unmoved(machine.scene, defect, advice)])
 
@@ -559,7 +559,7 @@ def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
     """The fault of a machine that dry friction holds at rest to the end of the time followed."""
     machine, last = setting.machine, trail.ends()[:, -1]
     phi = within(machine, float(last[0]))
-    cause = held_by(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
+    cause = rest_cause(setting.dynamics, phi, float(trail.t[-1]), last[3:].tolist())
     defect = f"a machine that does not start within {trail.t[-1]:.6g} s: at rest at {machine.where(phi)} {cause}"
     return _unmoved(machine.scene, defect, "a larger drive, less friction, or a start at a speed")
 
@@ -623,7 +623,7 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     machine, scene = setting.machine, setting.machine.scene
     last, phi, omega = float(trail.t[-1]), float(motion.phi[-1]), float(motion.omega[-1])
     stroke = scene.stroke
-    place = machine.where(phi % scene.cycle) if stroke is None else told(phi + scene.origin, stroke.sliding)
+    place = machine.where(phi % scene.cycle) if stroke is None else coordinate_text(phi + scene.origin, stroke.sliding)
     at, turns = f"at {place} after {last:.6g} s", (phi - trail.start.phi) / TURN
 
     sliding = scene.sliding
@@ -686,7 +686,7 @@ def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> 
     phi = within(machine, float(state[0]))
     forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), np.array([last]), own)[:, 0].tolist()
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
-        return held_by(dynamics, phi, last, own)
+        return rest_cause(dynamics, phi, last, own)
     if forwards > 0.0:
         return f"{friction_of(machine)} does not hold it there, and it would move on"
     return f"{friction_of(machine)} does not hold it there, and it would turn back"
@@ -727,7 +727,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     elif when is not None and steady_speed is not None:  # what speed and regime are off by, over the acceleration there
         then = other.time_to(SHARE * steady_speed)
         acceleration = abs(float(sampled(fine, np.array([when])).acceleration[0]))
-        off = (speed + SHARE * (transient.given_errors["regime_speed"] or 0.0)) / acceleration
+        off = (speed + SHARE * (transient.setting_errors["regime_speed"] or 0.0)) / acceleration
         late = None if then is None else share * abs(when - then) + off + time
     works, heat = energy_of(other, before.kinetic), transient.start_heat
     scale = max(float(samples.kinetic.max()), abs(energy.drive), energy.meshes, *map(abs, energy.works.values()), 1e-300)
@@ -740,7 +740,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     heats = [name for name in Energy._fields if name not in ("works", "residual")]
     energies: dict[str, Any] = {name: of_energy(getattr(energy, name), getattr(works, name)) for name in heats}
     return {
-        **transient.given_errors,
+        **transient.setting_errors,
         "end": {"t": time, "phi": position, "omega": 0.0 if transient.omega == 0.0 else speed},
         "way": position,
         "turns": position / (2 * np.pi),

@@ -31,7 +31,7 @@ from flywheel.machine.reactions import poses_of
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages.equations import Poses, Track
 from flywheel.numerics import arguments
-from flywheel.numerics.arguments import known, require
+from flywheel.numerics.arguments import entry, require
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
@@ -195,7 +195,7 @@ def velocity(poses: Poses, body: str, at: Point | tuple[float, float], centre: I
         x and y, shape (2, n); and the estimated absolute error, shape (n,).
 
     """
-    known("body", body, dict.fromkeys(poses.linkage.names))
+    entry("body", body, dict.fromkeys(poses.linkage.names))
     point: Track = poses.point(body, at)
     arm = point.value - centre.place
     turned = centre.rate * np.stack((-arm[1], arm[0]))

@@ -39,7 +39,7 @@ def number_faults(path: str, value: object, expected: str = ANY, unit: str = "")
     """The fault of a value that is not such a number; empty if it is."""
     if fits(value, expected):
         return []
-    return [Fault(path, f"{shown(value)} {unit}" if unit and _numeric(value) else shown(value), expected)]
+    return [Fault(path, f"{brief(value)} {unit}" if unit and _numeric(value) else brief(value), expected)]
 
 
 def refuse(faults: list[Fault]) -> None:
@@ -56,10 +56,10 @@ def require(path: str, value: object, kind: type | tuple[type, ...], expected: s
     flywheel.numerics.faults.SceneError: arm: found 2.5, expected a name
     """
     if not isinstance(value, kind):
-        raise SceneError([Fault(path, shown(value), expected)])
+        raise SceneError([Fault(path, brief(value), expected)])
 
 
-def known(path: str, name: object, valid: Mapping[str, T]) -> T:
+def entry(path: str, name: object, valid: Mapping[str, T]) -> T:
     """The value of a name; SceneError for an unknown name."""
     faults = name_faults(path, name, valid)
     refuse(faults)
@@ -75,7 +75,7 @@ def name_faults(path: str, name: object, valid: Mapping[str, object]) -> list[Fa
     if isinstance(name, str) and name in valid:
         return []
     advice = suggestion(name, valid) if isinstance(name, str) else ""
-    return [Fault(path, shown(name), f"one of {', '.join(valid) or 'none'}", "" if advice.startswith("valid") else advice)]
+    return [Fault(path, brief(name), f"one of {', '.join(valid) or 'none'}", "" if advice.startswith("valid") else advice)]
 
 
 def array(path: str, value: object) -> Array:
@@ -87,9 +87,9 @@ def array(path: str, value: object) -> Array:
     """
     values = _converted(value)
     if values is None:
-        raise SceneError([Fault(path, shown(value), "finite numbers")])
+        raise SceneError([Fault(path, brief(value), "finite numbers")])
     if not np.isfinite(values).all():
-        what = "a value that is not finite" if values.ndim else shown(float(values))
+        what = "a value that is not finite" if values.ndim else brief(float(values))
         raise SceneError([Fault(path, what, "finite numbers")])
     return values
 
@@ -103,12 +103,12 @@ def vector(path: str, value: object, unit: str) -> tuple[float, float]:
     """
     components = array(path, value)
     if components.shape != (2,):
-        what = f"an array of shape {components.shape}" if components.ndim else shown(value)
+        what = f"an array of shape {components.shape}" if components.ndim else brief(value)
         raise SceneError([Fault(path, what, f"two numbers, along x and y, in {unit}")])
     return float(components[0]), float(components[1])
 
 
-def shown(value: object) -> str:
+def brief(value: object) -> str:
     """A wrong value in words: a sequence by its type's name."""
     return f"a value of type {type(value).__name__}" if isinstance(value, (list, tuple)) else show(value)
 

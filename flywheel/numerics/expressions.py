@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.numerics.faults import LONGEST_SHOWN, nearest
+from flywheel.numerics.faults import LONGEST_TEXT, nearest
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
 from flywheel.numerics.jets import present
 from flywheel.numerics.units import CONDITION, DIMENSIONS, PRODUCT, Unit, written_here
@@ -399,10 +399,10 @@ _SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, a
 
 
 class ExpressionError(ValueError):
-    """Reason why a text is not an expression: the text `found` (and its column), the `expected` one, and `advice`."""
+    """Reason why a text is not an expression: the text `defect` (and its column), the `expected` one, and `advice`."""
 
     def __init__(self, defect: str, expected: str = _SYNTAX, advice: str = "") -> None:
-        self.found, self.expected, self.advice = defect, expected, advice
+        self.defect, self.expected, self.advice = defect, expected, advice
         tail = f"; {advice}" if advice else ""
         super().__init__(f"found {defect}, expected {expected}{tail}")
 
@@ -422,9 +422,9 @@ class Expression:
     tree: Node
 
     @property
-    def shown(self) -> str:
+    def excerpt(self) -> str:
         """The text, shortened for faults, which are single lines."""
-        return self.text if len(self.text) <= LONGEST_SHOWN else f"{self.text[: LONGEST_SHOWN - 1]}…"
+        return self.text if len(self.text) <= LONGEST_TEXT else f"{self.text[: LONGEST_TEXT - 1]}…"
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -529,7 +529,7 @@ class Expression:
         reader = _ExpressionReader(body, self.names, 0)
         reader.read(_python_tree(body, 0, self.names).body, 1)
         text = reader.texts.get(node) or written(node)
-        return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
+        return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 1]}…"
 
     def switches(self) -> tuple[Expression, ...]:
         """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""
@@ -608,7 +608,7 @@ class _ExpressionReader:
             raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self._place(node)}", "less nesting")
         rule = _READERS.get(type(node))
         if rule is None:
-            raise ExpressionError(self._shown(node), advice=written_here(self._text(node), ()))
+            raise ExpressionError(self._excerpt(node), advice=written_here(self._text(node), ()))
         value = rule(self, node, depth + 1)
         self.texts.setdefault(value, self._text(node))
         return value
@@ -619,7 +619,7 @@ class _ExpressionReader:
     def _place(self, node: ast.expr) -> str:
         return f" at column {len(self.source[: node.col_offset].decode()) + 1 + self.indent}"
 
-    def _shown(self, node: ast.expr, at: ast.expr | None = None) -> str:
+    def _excerpt(self, node: ast.expr, at: ast.expr | None = None) -> str:
         """A node as it was written, and the column where it (or another) begins."""
         text = self._text(node)
         return repr(text if len(text) <= 40 else text[:37] + "...") + self._place(at or node)
@@ -627,13 +627,13 @@ class _ExpressionReader:
     def _number(self, node: ast.Constant, depth: int) -> Node:
         if type(node.value) not in (int, float):
             advice = "write 1 or 0" if isinstance(node.value, bool) else ""
-            raise ExpressionError(self._shown(node), "a real number", advice)
+            raise ExpressionError(self._excerpt(node), "a real number", advice)
         try:
             number = float(node.value)  # type: ignore[arg-type]
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise ExpressionError(f"the number {self._shown(node)}", "a number below 1.8e308")
+            raise ExpressionError(f"the number {self._excerpt(node)}", "a number below 1.8e308")
         return Node("number", number=number)
 
     def _name(self, node: ast.Name, depth: int) -> Node:
@@ -646,7 +646,7 @@ class _ExpressionReader:
             raise ExpressionError(f"the function {name!r}{self._place(node)} without brackets", f"{name}(...)")
         names = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
         raise ExpressionError(
-            f"the unknown name {self._shown(node)}",
+            f"the unknown name {self._excerpt(node)}",
             "one of " + ", ".join(names),
             written_here(name, ()) or _nearest(name, names),
         )
@@ -657,7 +657,7 @@ class _ExpressionReader:
             return self._power(node, depth)
         kind, signs = next(((kind, signs) for kind, signs in _SPINES.items() if type(node.op) in signs), ("", {}))
         if not kind:
-            raise ExpressionError(f"the operation {self._shown(node)}", "+ - * / **")
+            raise ExpressionError(f"the operation {self._excerpt(node)}", "+ - * / **")
         members: list[tuple[str, Node]] = []
         inner: ast.expr = node
         while isinstance(inner, ast.BinOp) and type(inner.op) in signs:
@@ -674,7 +674,7 @@ class _ExpressionReader:
                 number = float(value(exponent, At({}, np)))
             if not abs(number) <= EXPONENT_CAP:
                 expected = f"one between -{EXPONENT_CAP} and {EXPONENT_CAP}"
-                raise ExpressionError(f"the exponent {self._shown(node.right)}", expected)
+                raise ExpressionError(f"the exponent {self._excerpt(node.right)}", expected)
             exponent = Node("number", number=number)
         return Node("**", (base, exponent))
 
@@ -689,7 +689,7 @@ class _ExpressionReader:
     def _compare(self, node: ast.Compare, depth: int) -> Node:
         signs = tuple(_COMPARE.get(type(op), "") for op in node.ops)
         if "" in signs:
-            raise ExpressionError(f"the comparison {self._shown(node)}", "one of < <= > >= == !=")
+            raise ExpressionError(f"the comparison {self._excerpt(node)}", "one of < <= > >= == !=")
         return Node("compare", tuple(self.read(arg, depth) for arg in (node.left, *node.comparators)), signs=signs)
 
     def _logic(self, node: ast.BoolOp, depth: int) -> Node:
@@ -697,7 +697,7 @@ class _ExpressionReader:
         args = tuple(self.read(arg, depth) for arg in node.values)
         if number := next((at for at, arg in zip(node.values, args, strict=True) if not _is_truth(arg)), None):
             advice = written_here(self.source.decode(), ()) or CONDITION
-            raise ExpressionError(f"the number {self._shown(number)}", f"a comparison on either side of {op}", advice)
+            raise ExpressionError(f"the number {self._excerpt(number)}", f"a comparison on either side of {op}", advice)
         return Node(op, args)
 
     def _choice(self, node: ast.IfExp, depth: int) -> Node:
@@ -709,9 +709,9 @@ class _ExpressionReader:
             expected = "one of " + ", ".join(FUNCTIONS)
             names = self.names | RESERVED
             advice = PRODUCT if name in names else written_here(self._text(node), names) or _nearest(name, FUNCTIONS)
-            raise ExpressionError(f"a call to {self._shown(node.func, node)}", expected, advice)
+            raise ExpressionError(f"a call to {self._excerpt(node.func, node)}", expected, advice)
         if node.keywords:
-            raise ExpressionError(f"a keyword in {self._shown(node)}", "plain arguments")
+            raise ExpressionError(f"a keyword in {self._excerpt(node)}", "plain arguments")
         count, arity = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)
         if count != arity and (arity is not None or count < 2):
             allowed = {1: "one", 2: "two (y, x)", None: "two or more"}[arity]
@@ -828,7 +828,7 @@ def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
     """The unit of an expression; None if names of unknown units, or sums of different ones, leave it undetermined.
 
     >>> from flywheel.numerics.units import parse_unit
-    >>> shown(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
+    >>> unit_text(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
     'm/s^2'
     """
     if node.op == "name":
@@ -860,7 +860,7 @@ def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) 
 
     >>> from flywheel.numerics.units import parse_unit
     >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}
-    >>> [shown(found) for found in units_of_name(law, "k", parse_unit("N m", None), speed)]
+    >>> [unit_text(found) for found in units_of_name(law, "k", parse_unit("N m", None), speed)]
     ['N m s/rad']
     """
     if node.op == "name" and node.name == name:
@@ -881,7 +881,7 @@ def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) 
         yield None
 
 
-def shown(unit: Unit | None) -> str | None:
+def unit_text(unit: Unit | None) -> str | None:
     """A unit in SI as text: by its usual name, else by powers of N (or kg), m, s, A and rad."""
     if unit is None:
         return None

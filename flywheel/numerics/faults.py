@@ -28,7 +28,7 @@ class Fault(NamedTuple):
     """
 
     path: str
-    found: str
+    defect: str
     expected: str
     advice: str = ""
     line: int | None = None
@@ -37,7 +37,7 @@ class Fault(NamedTuple):
     locks: tuple[float, ...] = ()
 
     def __str__(self) -> str:
-        return f"{self.path}{self.told}"
+        return f"{self.path}{self.description}"
 
     @property
     def place(self) -> str:
@@ -45,17 +45,17 @@ class Fault(NamedTuple):
         return _place(self.item, self.line, self.column)
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The text after the path."""
         return f"{f' ({self.place})' if self.place else ''}: {self.sentence}"
 
     @property
     def sentence(self) -> str:
         """The value found, the expected one and the advice in the language in use; English if any part is."""
-        if any(map(untranslated, (self.found, self.expected, self.advice))):
+        if any(map(untranslated, (self.defect, self.expected, self.advice))):
             with use("en"):
                 return self.sentence
-        words = {"found": message(self.found, numbers=False), "expected": message(self.expected, numbers=False)}
+        words = {"found": message(self.defect, numbers=False), "expected": message(self.expected, numbers=False)}
         tail = f"; {message(self.advice, numbers=False)}" if self.advice else ""
         return _("found {found}, expected {expected}", **words) + tail
 
@@ -68,7 +68,7 @@ class Remark(NamedTuple):
     """
 
     path: str
-    found: str
+    defect: str
     advice: str
     line: int | None = None
     item: str = ""
@@ -80,7 +80,7 @@ class Remark(NamedTuple):
     @property
     def sentence(self) -> str:
         """The words for the value and the advice, in the language in use."""
-        return f"{message(self.found)}; {message(self.advice)}"
+        return f"{message(self.defect)}; {message(self.advice)}"
 
 
 def _place(item: str, line: int | None, column: int | None) -> str:
@@ -104,7 +104,7 @@ class SceneError(ValueError):
 # -- advice ------------------------------------------------------------------------------------------------------------
 
 
-LONGEST_SHOWN = 60
+LONGEST_TEXT = 60
 LONGEST_NAME = 64
 
 
@@ -137,14 +137,14 @@ def show(value: object) -> str:
 
 def quote(text: str) -> str:
     """A text between double quotes on one line, shortened if necessary."""
-    pieces = [c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[: LONGEST_SHOWN + 1]]
-    if len(text) <= LONGEST_SHOWN and sum(map(len, pieces)) <= LONGEST_SHOWN:
+    pieces = [c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[: LONGEST_TEXT + 1]]
+    if len(text) <= LONGEST_TEXT and sum(map(len, pieces)) <= LONGEST_TEXT:
         return f'"{"".join(pieces)}"'
     lengths = accumulate(map(len, pieces))
-    return f'"{"".join(c for c, length in zip(pieces, lengths, strict=True) if length < LONGEST_SHOWN)}…"'
+    return f'"{"".join(c for c, length in zip(pieces, lengths, strict=True) if length < LONGEST_TEXT)}…"'
 
 
-def told(value: float, sliding: bool) -> str:
+def coordinate_text(value: float, sliding: bool) -> str:
     """A driver's coordinate in words.
 
     >>> told(0.19, True), told(3.141592653589793, False)

@@ -234,7 +234,7 @@ def breakpoints(
         try:
             edges = _with_zeros(part, edges, env, env_value)
         except SwitchingError as error:
-            raise SwitchingError(f"{part.shown}: {error.text}", error.near) from None
+            raise SwitchingError(f"{part.excerpt}: {error.text}", error.near) from None
     return [float(angle) for angle in edges[_distance(edges, start) > 0]]
 
 
@@ -377,10 +377,12 @@ def _refusal(
     if infinite:
         return SwitchingError(f"a value that is not finite near phi = {{near}} ({infinite})", near)
     if finest:
-        text = f"{expression.shown}: too steep near phi = {{near}} for the rounding of the angle ({part})"
+        text = f"{expression.excerpt}: too steep near phi = {{near}} for the rounding of the angle ({part})"
         return SwitchingError(text, near)
     which = "" if node == expression.tree else f" {part}"
-    text = f"{expression.shown}:{which} varies too fast for {RESOLUTION_CAP} cells to follow it (first near phi = {{near}})"
+    text = (
+        f"{expression.excerpt}:{which} varies too fast for {RESOLUTION_CAP} cells to follow it (first near phi = {{near}})"
+    )
     return SwitchingError(text, near)
 
 

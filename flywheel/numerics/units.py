@@ -40,7 +40,7 @@ class QuantityError(ValueError):
     """Error of a quantity, in the three parts of a fault."""
 
     def __init__(self, defect: str, expected: str, advice: str = "") -> None:
-        self.found, self.expected, self.advice = defect, expected, advice
+        self.defect, self.expected, self.advice = defect, expected, advice
         super().__init__(f"found {defect}, expected {expected}" + (f"; {advice}" if advice else ""))
 
 

@@ -89,7 +89,7 @@ def answer(
         "title": scene.title or "",
         "cycle": scene.cycle,
         "driver": _driver(scene, None if stroke is None else stroke.phases.period),
-        "phi": _plain(part.axis.shown, digits) if scene.areas is None else [],
+        "phi": _plain(part.axis.values, digits) if scene.areas is None else [],
         "numbers": _numbers(sizing, units, rest) if stroke is None else [each.as_dict() for each in blocks(stroke, units)],
         "figures": list(panels),
         "titles": {"mechanism": _("Mechanism")} | {panel: kind.title() for panel, kind in DIAGRAMS.items()},

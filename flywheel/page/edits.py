@@ -89,7 +89,7 @@ class Draft:
                 return self.outline
             if place is not None and place[-1] == "type":
                 return self._of_type(place, value)
-            return with_value(self.outline, _known(place), written_as(field, value, self._snippet(place)))
+            return with_value(self.outline, _present(place), written_as(field, value, self._snippet(place)))
         more = self.form.addition(path)
         new = self._new_place(path)
         if field is not None:
@@ -183,7 +183,7 @@ def _faults_within(changed: Outline, above: KeyPath) -> int:
     return 0
 
 
-def _known(place: KeyPath | None) -> KeyPath:
+def _present(place: KeyPath | None) -> KeyPath:
     if place is None:
         raise EditError("a place that is none")
     return place
@@ -340,7 +340,7 @@ class Conflict(Exception):
     """A text that is not saved before the user has seen the present file."""
 
     def __init__(self, reason: str, text: str, seen: str) -> None:
-        self.told = {"reason": reason, "text": text, "seen": seen}
+        self.details = {"reason": reason, "text": text, "seen": seen}
         super().__init__(reason)
 
 

@@ -411,7 +411,7 @@ class _Reader:
                 return quantity(path, name, "", Key(name, dimension, ""), value, dimension)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return quantity(path, name, "", Key(name, "number", ""), value, "number")
-        return Field(path, name, "", "expression", _shown(value), value, choices=("balance",))
+        return Field(path, name, "", "expression", _editable(value), value, choices=("balance",))
 
     def fields(
         self, path: str, keys: Iterable[Key], table: Mapping[str, Any], rotating: bool | None = None
@@ -425,7 +425,7 @@ class _Reader:
         if path:
             for name, value in table.items():
                 if name not in names and not isinstance(value, (dict, list)):
-                    yield Field(child(path, name), name, "", "text", _shown(value), value)
+                    yield Field(child(path, name), name, "", "text", _editable(value), value)
 
     def field(self, path: str, key: Key, value: object, rotating: bool | None) -> Iterator[Field]:
         """The field of one key; of a short list one for each item."""
@@ -454,10 +454,10 @@ class _Reader:
             kind = "expression"
             choices = ("balance",) if path in ("drive.torque", "drive.force") else ()
         if kind == "list" and isinstance(value, list):
-            value_text = ", ".join(_shown(item) for item in value)
+            value_text = ", ".join(_editable(item) for item in value)
             yield Field(path, label, about, kind, value_text, value)
             return
-        yield Field(path, label, about, kind, _shown(value), value, choices=choices)
+        yield Field(path, label, about, kind, _editable(value), value, choices=choices)
 
     def item(self, path: str, key: Key, i: int, value: object) -> Field:
         """The field of a list's item: a coordinate, a point, a joint, a number of teeth."""
@@ -465,7 +465,7 @@ class _Reader:
         if key.name == "between":
             choices = with_value(self.places.joints if ".couplings[" in path else self.places.points, value)
             label = _("first") if i == 0 else _("second")
-            return Field(path, label, about, "choice", _shown(value), value, choices=choices)
+            return Field(path, label, about, "choice", _editable(value), value, choices=choices)
         if key.name == "teeth":
             label = f"{label_of('teeth')} {i + 1}"
             return quantity(path, label, about, _WHOLE, value, "number")
@@ -599,7 +599,7 @@ class _Reader:
                     about = _("coordinate of the point in the body's own frame")
                     fields.append(quantity(f"{where}[{i}]", f"{point} {'xy'[i]}", about, _COORDINATE, value, "length"))
             else:
-                fields.append(Field(where, point, "", "list", _shown(pair), pair))
+                fields.append(Field(where, point, "", "list", _editable(pair), pair))
         more = list(self.more(path, section._replace(keys=tuple(plain)), table, None))
         fresh = _fresh("point", points)
         label, about = title_of("point"), _("a point with its [x, y] in the body's own frame")
@@ -655,7 +655,7 @@ def quantity(path: str, label: str, about: str, key: Key, value: object, dimensi
     if number is not None:
         with suppress(QuantityError, OverflowError, ZeroDivisionError):
             slide = slider(number, key, dimension, _factor(unit, dimension))
-    return Field(path, label, about, kind, _shown(value), value, number, unit, units, dimension, slide)
+    return Field(path, label, about, kind, _editable(value), value, number, unit, units, dimension, slide)
 
 
 def _last_unit(value: str, dimension: str) -> str | None:
@@ -701,7 +701,7 @@ def _is_quantity(value: object, dimensions: Iterable[str]) -> bool:
     return False
 
 
-def _shown(value: object) -> str:
+def _editable(value: object) -> str:
     """A value as a text to be edited."""
     if value is None:
         return ""

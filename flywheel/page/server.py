@@ -71,17 +71,17 @@ def answer(request: Mapping[str, Any]) -> bytes:
 
 def edited(text: str, edits: object) -> Draft:
     """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to remove it."""
-    draft = Draft(text, _known.get((text, language.current())))
+    draft = Draft(text, _drafts.get((text, language.current())))
     for edit in edits[:MOST_EDITS] if isinstance(edits, list) else ():
         path, value, unit = (edit.get(key) for key in ("path", "value", "unit")) if isinstance(edit, dict) else (None,) * 3
         if isinstance(path, str) and (value is None or isinstance(value, str)) and (unit is None or isinstance(unit, str)):
             draft.edit(path, value, unit)
-    _known.clear()
-    _known[draft.outline.text, language.current()] = draft
+    _drafts.clear()
+    _drafts[draft.outline.text, language.current()] = draft
     return draft
 
 
-_known: dict[tuple[str, str], Draft] = {}
+_drafts: dict[tuple[str, str], Draft] = {}
 """The last text and the language of its form, which the next request changes at one place."""
 
 
@@ -118,13 +118,16 @@ def report(request: Mapping[str, Any]) -> bytes:
 
 def as_fault(fault: Fault) -> dict[str, Any]:
     """A fault as the page shows it, at its line and beside its field, in the language in use."""
-    words = {part: language.message(getattr(fault, part), numbers=False) for part in ("found", "expected", "advice")}
+    words = {
+        key: language.message(part, numbers=False)
+        for key, part in zip(("found", "expected", "advice"), fault[1:4], strict=True)
+    }
     return {"path": fault.path, "line": fault.line, "column": fault.column, **words, "message": fault.sentence}
 
 
 def as_remark(remark: Remark) -> dict[str, Any]:
     """A remark as the page shows it."""
-    words = {part: language.message(getattr(remark, part)) for part in ("found", "advice")}
+    words = {"found": language.message(remark.defect), "advice": language.message(remark.advice)}
     return {"path": remark.path, "line": remark.line, **words, "message": remark.sentence}
 
 
@@ -459,7 +462,7 @@ class PageServer(ThreadingHTTPServer):
             self._open[request] = monotonic()
         super().process_request(request, client_address)
 
-    def asked(self, request: socket.socket) -> None:
+    def mark_complete(self, request: socket.socket) -> None:
         """Marks a request as complete, so that it is answered."""
         with self._lock:
             if request in self._open:
@@ -555,7 +558,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(reply)
 
     def _send(self, reply: Reply) -> None:
-        self.server.asked(self.connection)
+        self.server.mark_complete(self.connection)
         self.connection.settimeout(_SECONDS_TO_ANSWER)
         self.send_response(reply.status)
         self.send_header("Content-Type", _TYPES.get(reply.kind, "text/plain; charset=utf-8"))
@@ -650,7 +653,7 @@ class _Handler(BaseHTTPRequestHandler):
         if below not in _CALLS:
             raise RefusedError(HTTPStatus.NOT_FOUND)
         body = self._body()
-        self.server.asked(self.connection)
+        self.server.mark_complete(self.connection)
         try:
             content = json.loads(body)
         except (ValueError, RecursionError):
@@ -708,7 +711,7 @@ def _save(server: PageServer, request: dict[str, Any]) -> Reply:
         place = None if path is None else _text(request, "path")
         saved = server.session.save(_text(request, "text"), place, request.get("over") is True, _text(request, "seen"))
     except Conflict as conflict:
-        return _json(conflict.told, HTTPStatus.CONFLICT)
+        return _json(conflict.details, HTTPStatus.CONFLICT)
     except Refusal as refusal:
         return _json({"reason": "refused", "message": str(refusal)}, HTTPStatus.UNPROCESSABLE_ENTITY)
     return _json(saved)

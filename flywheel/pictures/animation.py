@@ -215,7 +215,7 @@ def stage(scene: Scene, frames: int) -> Stage:
 
     panel, sliding = right.subplots(), scene.sliding
     figures.name_axes(panel, run.title, "position x of the driver, mm" if sliding else "crank angle φ, deg", run.label)
-    x = _shown(run.q, sliding)
+    x = _on_axis(run.q, sliding)
     panel.plot(x, run.curve, color=figures.BLUE, lw=1.8)
     panel.set_xlim(float(x.min()), float(x.max()))
     low, high = panel.get_ylim()
@@ -226,7 +226,7 @@ def stage(scene: Scene, frames: int) -> Stage:
     return Stage(made, tuple(mechanisms), marker, clock, times, q, values, run.timed)
 
 
-def _shown(q: Any, sliding: bool) -> Array:
+def _on_axis(q: Any, sliding: bool) -> Array:
     """A coordinate as on the axis: mm, or degrees."""
     return np.asarray(1000.0 * np.asarray(q) if sliding else np.degrees(q))
 
@@ -237,10 +237,10 @@ def show(made: Stage, k: int, scene: Scene) -> None:
         for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
             moved(artist, outline[:, :, k])
     sliding = scene.sliding
-    made.marker.set_data(_shown(made.q[k : k + 1], sliding), made.values[k : k + 1])
+    made.marker.set_data(_on_axis(made.q[k : k + 1], sliding), made.values[k : k + 1])
     unit, symbol = ("mm", "x") if sliding else ("deg", "φ")
     digits = max(3 - floor(log10(made.times[-1])), 0)
-    place = float(_shown(made.q[k], sliding))
+    place = float(_on_axis(made.q[k], sliding))
     time = f"t = {made.times[k]:.{digits}f} s   " if made.timed else ""
     made.clock.set_text(f"{time}{symbol} = {place:5.1f} {unit}".replace("-", "−"))
 

@@ -22,7 +22,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
-from flywheel.designs.figures import FIGURES, shown
+from flywheel.designs.figures import FIGURES, selection
 from flywheel.designs.optimum import Optimum
 from flywheel.designs.sweep_results import Sweep, objective
 from flywheel.designs.tolerance import Tolerance
@@ -76,7 +76,7 @@ def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figu
 
     Where the slopes of both sides differ the bar has two parts, of the change as the number grows and as it falls.
     """
-    kept = shown(result.values, names)[:_MOST_PANELS]
+    kept = selection(result.values, names)[:_MOST_PANELS]
     short = short_names(result.numbers)
     heights = [min(max(_bars(result, name), 1), _MOST_BARS) for name in kept]
     made = figure(8.5, 1.3 + sum(0.32 * height + 0.75 for height in heights), _heading(result.scene.title, "sensitivities"))
@@ -142,8 +142,8 @@ def _sides(result: Sensitivities, name: str, path: str) -> tuple[float, float]:
 
 def draw_tolerance(result: Tolerance, names: Sequence[str] = ()) -> Figure:
     """Draws the histogram of each figure's samples with its statistics, and beside it the causes of its variance."""
-    kept = [name for name in shown(result.spreads, names) if result.spreads[name].deviation > 0.0][:_MOST_PANELS]
-    kept = kept or shown(result.spreads, names)[:1]
+    kept = [name for name in selection(result.spreads, names) if result.spreads[name].deviation > 0.0][:_MOST_PANELS]
+    kept = kept or selection(result.spreads, names)[:1]
     many = "intervals" if result.intervals else "standard deviations"
     made = figure(11.0, 0.9 + 2.7 * len(kept), _heading(result.scene.title, f"tolerance: {many}"))
     panels: Any = made.subplots(len(kept), 2, squeeze=False, width_ratios=(1.5, 1.0))

@@ -688,7 +688,7 @@ def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
         return forces
     choice = part.view.get("mechanism")
     name = str(choice) if choice in forces.mechanisms else next(iter(forces.mechanisms))
-    reactions, grid = forces.mechanisms[name].cleared(), part.axis.shown
+    reactions, grid = forces.mechanisms[name].cleared(), part.axis.values
     if not forces.inertia and not any(map(np.any, reactions.forces.values())):
         return _("No speed is given, and so no inertia force; nothing else acts on the joints: add regime.speed.")
     linkage = reactions.poses.linkage
@@ -743,7 +743,7 @@ def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
         if kind == POINT:
             rows = {"x": values[0], "y": values[1]} | ({"amount": np.hypot(*values)} if order else {})
         unit = _unit("rad" if kind == "angle" else "m", order, driver, scene)
-    grid = part.axis.shown
+    grid = part.axis.values
     figures["unit"] = unit
     figures["curves"] = [{"part": name, "values": values, **extremes(grid, values)} for name, values in rows.items()]
     return _motion_drawing(part, figures)
@@ -856,7 +856,7 @@ def _joints(forces: JointForces) -> dict[str, Array]:
 def _first(scene: Scene, offers: Iterable[str]) -> str:
     """Default curve where nothing is chosen: the first of the mechanisms', else the last that is no point."""
     names = list(offers)
-    usual = {name for mechanism in scene.mechanisms for name in KINDS[mechanism.type].shown_first}
+    usual = {name for mechanism in scene.mechanisms for name in KINDS[mechanism.type].default_curves}
     first = [name for name in names if name.rpartition(".")[2] in usual]
     bodies = [name for name in names if "." not in name]
     return (first or bodies[::-1] or names)[0]

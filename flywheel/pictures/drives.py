@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from flywheel.motions.stroke_course import Course
 
 
-_CAPACITY_SHOWN = 4.0  # times the greatest torque: a capacity above that is named, not drawn
+_MOST_CAPACITY = 4.0  # times the greatest torque: a capacity above that is named, not drawn
 
 
 def part_of_stroke(
@@ -86,7 +86,7 @@ def _torques(result: SingleStroke, course: Course) -> Row:
     clutch, brake = result.strokes.clutch, result.strokes.brake
     top = float(np.abs(np.concatenate((course.clutch, course.brake))).max())
     capacity = _("the clutch holds {torque} N m", torque=written(clutch.static_torque))
-    near = clutch.static_torque <= _CAPACITY_SHOWN * top
+    near = clutch.static_torque <= _MOST_CAPACITY * top
     about = _(
         "Clutch up to {clutch} N m when locked, brake {brake} N m.",
         clutch=written(result.clutch_torque, 5, result.error["clutch_torque"]),

@@ -344,7 +344,7 @@ class Axis(NamedTuple):
     Stroke by stroke times (s) are shown, and the positions there are evaluated; `unit` is that of the values shown.
     """
 
-    shown: Array
+    values: Array
     taken: Array
     unit: str = "rad"
 
@@ -442,9 +442,9 @@ def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samp
     if sizing is None or sizing.cycle is None or machine is None:
         return None
     if sizing.cyclic is None or sizing.constant is None:
-        return samples_at(machine, sizing.cycle, axis.taken)._replace(phi=axis.shown)
+        return samples_at(machine, sizing.cycle, axis.taken)._replace(phi=axis.values)
     constant = samples_at(machine, sizing.constant, axis.taken, sizing.cyclic.constant_speed)
-    return constant._replace(phi=axis.shown)
+    return constant._replace(phi=axis.values)
 
 
 def along_motion(part: Part) -> Samples:

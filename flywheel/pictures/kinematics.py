@@ -79,7 +79,7 @@ def draw(kinematics: Kinematics) -> Figure:
     """The figure: three panels for angles and three for lengths, as far as there are such curves."""
     if np.unique(kinematics.axis).size < 2:
         raise SceneError([Fault("points", "a single position", "two at least, for a curve between them")])
-    curves_drawn, left_out = shown(list(kinematics.curves.values()))
+    curves_drawn, left_out = selection(list(kinematics.curves.values()))
     columns = [[curve for curve in curves_drawn if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
     title = ": ".join(
@@ -128,7 +128,7 @@ def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematic
     return many, [[along(curve) for curve in column] for column in columns]
 
 
-def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
+def selection(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
     """The curves drawn: all that were named, else the moving bodies and slides; and the number left out."""
     if len(curves) <= _MOST_CURVES:
         return list(curves), 0
@@ -334,7 +334,7 @@ def draw_reduction(scene: Scene, *, of: Sequence[str] = (), speed: float | None 
     pace, balance = constant_speed.operating_point(machine, speed)
     state = reduce(machine, phi, balance=balance, speed=pace)
     gains = motion(machine.scene, of=of)
-    curves, left_out = shown(list(gains.curves.values()))
+    curves, left_out = selection(list(gains.curves.values()))
     columns = [[curve for curve in curves if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column and any(np.any(curve.velocity) for curve in column)]
     subtitle = message(conditions(machine, pace if machine.depends_on_speed else None))

@@ -95,8 +95,10 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
     for panel in panels[len(views) :]:
         panel.set_axis_off()
     symbol = "x" if scene.stroke is not None and scene.stroke.sliding else "φ"
-    others = ", ".join(sketch.told(scene, q) for q in coordinates[1:_LISTED]) + (", …" if len(coordinates) > _LISTED else "")
-    caption = f"{symbol} = {sketch.told(scene, coordinates[0])}" + (f" (faint: {others})" if others else "")
+    others = ", ".join(sketch.coordinate_text(scene, q) for q in coordinates[1:_LISTED]) + (
+        ", …" if len(coordinates) > _LISTED else ""
+    )
+    caption = f"{symbol} = {sketch.coordinate_text(scene, coordinates[0])}" + (f" (faint: {others})" if others else "")
     for panel, view, box in zip(panels, views, boxes, strict=False):
         draw_axes_and_paths(panel, view, box, f"{view.mechanism.name}: {caption}")
         draw_bodies(panel, view, view.poses(coordinates), box, faint=True)
@@ -222,7 +224,7 @@ def write_names(
 
 # -- instant centres ---------------------------------------------------------------------------------------------------
 
-_SHOWN = 4  # positions that are drawn of many
+_MOST_DRAWN = 4  # positions that are drawn of many
 _TOGETHER = 2e-3  # of the picture: centres that lie closer together than that are drawn as one
 _BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre is still drawn
 
@@ -242,7 +244,7 @@ def draw_centres(result: InstantCentres, path: str | Path | None = None) -> Figu
 
     """
     views = {view.mechanism.name: view for view in sketch.views(result.scene)}
-    picked = np.unique(np.linspace(0, result.q.size - 1, min(result.q.size, _SHOWN)).round().astype(int)).tolist()
+    picked = np.unique(np.linspace(0, result.q.size - 1, min(result.q.size, _MOST_DRAWN)).round().astype(int)).tolist()
     jobs = [(views[name], centres, k) for k in picked for name, centres in result.mechanisms.items()]
     boxes = [_box_with_centres(extent(view), centres, k) for view, centres, k in jobs]
     columns = columns_for(boxes)
@@ -255,7 +257,7 @@ def draw_centres(result: InstantCentres, path: str | Path | None = None) -> Figu
         panel.set_axis_off()
     symbol = "x" if result.scene.stroke is not None and result.scene.stroke.sliding else "φ"
     for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
-        title = f"{view.mechanism.name}: {symbol} = {sketch.told(result.scene, float(result.q[k]))}"
+        title = f"{view.mechanism.name}: {symbol} = {sketch.coordinate_text(result.scene, float(result.q[k]))}"
         draw_axes_and_paths(panel, view, box, "\n".join((title, *_not_drawn(centres, k, box))))
         panel.title.set_fontsize(9.5)
         draw_bodies(panel, view, view.poses(result.q[k]), box)

@@ -1,6 +1,6 @@
 """HTML of scenes, machines and results for notebooks: tables and small curves, without matplotlib.
 
-`html` finds the function for a type by its name in `_SHOWN`. Nothing here computes: results are only displayed.
+`html` finds the function for a type by its name in `_WRITERS`. Nothing here computes: results are only displayed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _STYLE = (
 
 def html(thing: object) -> str | None:
     """The HTML of a scene, machine or result; None for anything else."""
-    writer = next((_SHOWN[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _SHOWN), None)
+    writer = next((_WRITERS[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _WRITERS), None)
     return None if writer is None else f'<div class="flywheel">{_STYLE}{"".join(writer(thing))}</div>'
 
 
@@ -270,7 +270,7 @@ def _sweep(sweep: Sweep) -> Iterator[str]:
     yield f"<pre>{escape(sweep.table())}</pre>"
 
 
-_SHOWN: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: to look at a scene imports no results
+_WRITERS: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: to look at a scene imports no results
     "Sizing": _sizing,
     "Sizings": _sizings,
     "Scene": _scene,

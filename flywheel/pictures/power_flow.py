@@ -44,7 +44,7 @@ from flywheel.pictures.figures import (
     svg,
 )
 from flywheel.sizing.results import PowerFlow
-from flywheel.tables.power import Entry, entries, given, gives, shaft_name
+from flywheel.tables.power import Entry, entries, gives, input_power, shaft_name
 from flywheel.tables.rows import DEGREES, SI, five_digits, printable
 
 Array = NDArray[np.float64]
@@ -107,7 +107,7 @@ def panel(flow: PowerFlow, *, at: float | None = None, form: str = "screen", nam
 def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Picture:
     """The Sankey diagram over the mean, or at a crank angle (rad), as a figure of matplotlib."""
     every = entries(flow, at)
-    trunk, whole = _trunk(flow, every), given(flow, every)
+    trunk, whole = _trunk(flow, every), input_power(flow, every)
     with rc_context(STYLE):
         if not whole > _NO_STREAM * flow.scale or trunk is None:
             sheet = _Sheet()

@@ -232,7 +232,7 @@ def draw_row(panel: Axes, part: Part, diagram: Diagram, row: Row) -> Later:
     across = {"A": _("area"), "S": _("crossing")}.get(row.ticks, along)
     less = f" − {written(row.factor * row.origin, 6)} {row.unit}" if row.origin else ""
     name_axes(panel, row.title, across, f"{row.label}{less}, {row.unit}")
-    x = np.degrees(part.axis.shown) if turns else part.axis.shown
+    x = np.degrees(part.axis.values) if turns else part.axis.values
     curves = {curve.of: row.factor * (diagram.values(curve.of) - row.origin) for curve in row.curves}
     for level in row.levels:
         low, high = (row.factor * (value - row.origin) for value in (level.low, level.high))
@@ -478,7 +478,7 @@ def _line(tangent: Mapping[str, float], x: Any) -> Any:
 
 def _mark_loop(panel: Axes, part: Part, data: Mapping[str, Any]) -> None:
     """Angles along the loop, arrows in its direction, and the names of M, N and P."""
-    phi, path, seen = np.degrees(part.axis.shown), np.stack((data["inertia"], data["energy"])), data["seen"]
+    phi, path, seen = np.degrees(part.axis.values), np.stack((data["inertia"], data["energy"])), data["seen"]
     lines, names, spots, ways = [path], [], [], []
     (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
     m, n = (tangent["intercept"] for tangent in data["tangents"])

@@ -538,12 +538,12 @@ def checked(scene: Scene, at: Iterable[float]) -> tuple[float, ...]:
         if not np.isfinite(q):
             raise SceneError([Fault("at", f"{q}", "positions that are finite")])
         if stroke is not None and not stroke.start - 1e-9 * stroke.span <= q <= stroke.end + 1e-9 * stroke.span:
-            ends = f"a position from {told(scene, stroke.start)} to {told(scene, stroke.end)}"
-            raise SceneError([Fault("at", told(scene, q), ends, "the stroke ends there")])
+            ends = f"a position from {coordinate_text(scene, stroke.start)} to {coordinate_text(scene, stroke.end)}"
+            raise SceneError([Fault("at", coordinate_text(scene, q), ends, "the stroke ends there")])
     return coordinates
 
 
-def told(scene: Scene, q: float) -> str:
+def coordinate_text(scene: Scene, q: float) -> str:
     """A coordinate of the machine in words: in degrees, or in mm where it slides."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     return (f"{1000 * q:.6g} mm" if sliding else f"{np.degrees(q):.6g}°").replace("-", "−")

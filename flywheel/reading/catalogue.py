@@ -191,7 +191,7 @@ def _unit_faults(unit: str, kinds: Iterable[str], path: str) -> list[Fault]:
         try:
             parse_unit(unit, kind)
         except QuantityError as error:
-            faults.append(Fault(path, error.found, error.expected, error.advice))
+            faults.append(Fault(path, error.defect, error.expected, error.advice))
         else:
             return []
     return faults[:1]
@@ -248,7 +248,7 @@ def _row(
         path = at.get(key, f"{where}, {key}" if key else where)
         if path not in paths and (key or not faults):  # what a row lacks may be in a cell at fault
             empty = key in by_column and not by_column[key].strip()
-            faults.append(fault._replace(path=path, found="an empty cell" if empty else fault.found))
+            faults.append(fault._replace(path=path, defect="an empty cell" if empty else fault.defect))
     if faults or motor is None:
         return None
     return CatalogueMotor(name, table, motor, price, currency, number)
@@ -269,11 +269,11 @@ def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]
         try:
             return parse_quantity(text, kind) if not unit else _refused(text, unit)
         except QuantityError as error:
-            faults.append(Fault(path, error.found, error.expected, error.advice))
+            faults.append(Fault(path, error.defect, error.expected, error.advice))
             return None
     if unit and kind in DIMENSIONS and (wrong := _unit_faults(unit, [kind], path)):
         advice = f"a column of {motor} motors holds another quantity: put units into the cells, not into the header"
-        faults.append(wrong[0]._replace(found=f"{text} {unit}", advice=advice))
+        faults.append(wrong[0]._replace(defect=f"{text} {unit}", advice=advice))
         return None
     if kind == "number":
         return text if not unit else f"{text} {unit}"
@@ -296,7 +296,7 @@ def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
         rpm = parse_quantity(value, "speed") * 60.0 / TURN
         mains = [parse_quantity(table["frequency"], "frequency")] if "frequency" in table else list(_MAINS)
     except QuantityError as error:
-        faults.append(Fault(path, error.found, error.expected, error.advice))
+        faults.append(Fault(path, error.defect, error.expected, error.advice))
         return
     for frequency in mains:
         poles = 120.0 * frequency / rpm if rpm else 0.0

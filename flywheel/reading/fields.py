@@ -83,9 +83,9 @@ class Faults(list[Fault]):
 
     def _is_meant(self, fault: Fault) -> bool:
         """Tests whether a fault is that of a missing key that is present under another name."""
-        if fault.found == "nothing":
+        if fault.defect == "nothing":
             return any(fault.path == key or fault.path.startswith(f"{key}.") for key in self.meant)
-        one_of = re.findall(r"\w+", fault.found) if fault.found.startswith("none") else ()
+        one_of = re.findall(r"\w+", fault.defect) if fault.defect.startswith("none") else ()
         return any(child(fault.path, name) in self.meant for name in one_of)
 
 
@@ -208,18 +208,18 @@ class Item(NamedTuple):
         """Notes a fault of one key."""
         self.faults.add(child(self.path, key), defect, expected, advice)
 
-    def given(self, *names: str) -> list[str]:
+    def present(self, *names: str) -> list[str]:
         """The keys of `names` that are present."""
         return [name for name in names if name in self.raw]
 
     def one(self, *names: str) -> str:
         """The one of some keys that is present; empty if none or several are."""
-        present = self.given(*names)
+        present = self.present(*names)
         return present[0] if len(present) == 1 else ""
 
     def without(self, names: Iterable[str], because: str, advice: str = "") -> None:
         """Notes those of some keys that are not allowed here."""
-        for name in self.given(*names):
+        for name in self.present(*names):
             self.add(name, f"{name} {because}", "none", advice)
 
     def needs(self, name: str, because: str = "") -> bool:
@@ -340,7 +340,7 @@ def read_unit(item: Item, name: str, dimension: str | None) -> Unit | None:
     try:
         return parse_unit(text, dimension)
     except QuantityError as error:
-        item.add(name, error.found, error.expected, error.advice)
+        item.add(name, error.defect, error.expected, error.advice)
         return None
 
 
@@ -352,7 +352,7 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         expected = error.expected.replace(DIMENSIONS[dimension].expected, _quantity(dimension, key))
         is_balance = isinstance(value, str) and value.strip().lower() == "balance"
         advice = "the balance is that of [drive] torque, or of a parameter" if is_balance else error.advice
-        faults.add(path, error.found, expected, advice)
+        faults.add(path, error.defect, expected, advice)
         return None
     written = isinstance(value, str) or is_recorded(value)
     if dimension == "angle" and not key.many_turns and not written and abs(number) > faults.longest * _ROUNDING:
@@ -530,7 +530,7 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
         quantity = parse_range(value, "moment of weight") / _STANDARD if is_weight else parse_range(value, "inertia")
     except QuantityError as error:
         expected = 'a GD² such as "48 kg m^2" or "48 kgf m^2", or a bare number in kg m^2'
-        faults.add(path, error.found, expected, error.advice)
+        faults.add(path, error.defect, expected, error.advice)
         return None
     if quantity not in GD2.range:
         faults.add(path, show(value), f"a value {GD2.range} kg m^2")

@@ -17,7 +17,7 @@ import numpy as np
 from flywheel.components import load_models
 from flywheel.mechanisms.families import Ends, ends_of
 from flywheel.numerics.expressions import Expression, Node, expression_of, numeral
-from flywheel.numerics.faults import SceneError, quote, show, told
+from flywheel.numerics.faults import SceneError, coordinate_text, quote, show
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_unit
 from flywheel.reading.fields import (
     TOLERANCE,
@@ -182,7 +182,7 @@ def _fan(item: Item, site: Site) -> Modelled | None:
     at, other, unit = ("speed", "velocity", "rad/s") if site.place.rotating else ("velocity", "speed", "m/s")
     item.without([other], f'on "{site.place.name}"', f"give a {at}")
     item.needs(at, "the characteristic passes through one point")
-    exactly_one(item.given(own, "power"), (own, "power"), item.path, item.faults)
+    exactly_one(item.present(own, "power"), (own, "power"), item.path, item.faults)
     source, speed, constant = item.one(own, "power"), item.number(at), item.number("constant")
     effort = item.number(source) / (speed if source == "power" else 1.0) if source else math.nan
     if constant > effort:
@@ -194,7 +194,7 @@ def _fan(item: Item, site: Site) -> Modelled | None:
 def _losses(item: Item, site: Site) -> Modelled | None:
     """Shares that are constant, proportional to the speed, and to its square."""
     names = load_models.Resistance._fields
-    present = item.given(*names)
+    present = item.present(*names)
     if not present:
         item.faults.add(item.path, f"none of {', '.join(names)}", "one of them at least")
     law = load_models.Resistance(*map(item.number, names))
@@ -216,7 +216,7 @@ def _belt(item: Item, site: Site) -> Modelled | None:
         torque = load_models.belt_torque(tight, slack, item.number("radius"))
         if tight <= slack:
             item.add("tight", f"{tight:.6g} N", f"more than the slack side's {slack:.6g} N")
-        if item.given("friction", "wrap", "groove"):
+        if item.present("friction", "wrap", "groove"):
             for name in ("friction", "wrap"):
                 item.needs(name, "slip is checked with friction and wrap together")
             most = load_models.tension_ratio(*map(item.number, ("friction", "wrap", "groove")))
@@ -260,7 +260,7 @@ def _press(item: Item, site: Site) -> Modelled | None:
         item.without(_AREAS, "together with energy", "give the energy, or what it follows from")
         sheared = ""
     else:
-        exactly_one(item.given(*_AREAS), _AREAS, item.path, item.faults)
+        exactly_one(item.present(*_AREAS), _AREAS, item.path, item.faults)
     by_sheet = bool(sheared) and not (source == "energy_per_area" and sheared == "area")
     if by_sheet:
         item.needs("thickness", "the work of shearing follows from it")
@@ -411,7 +411,7 @@ def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Mode
     """A diagram with one pressure out and one back for each place, which ascend from the cover."""
     for name in ("out", "back"):
         item.needs(name, "a diagram covers both strokes of the piston")
-    names = (*item.given("position", "volume"), "out", "back")
+    names = (*item.present("position", "volume"), "out", "back")
     columns = [item.fields[name] for name in names]
     for name, column in zip(names, columns, strict=True):
         if column and max(map(abs, column)) > LARGEST:
@@ -447,7 +447,7 @@ def _pressures(item: Item, name: str, column: load_models.Array) -> load_models.
         scale = parse_unit(unit if isinstance(unit, str) else show(unit), "pressure")
         pressure = np.array([convert(p, scale) for p in column])
     except QuantityError as error:
-        item.add("pressure_unit", error.found, error.expected, error.advice)
+        item.add("pressure_unit", error.defect, error.expected, error.advice)
         return column
     _check_pressures(item, name, pressure)
     return pressure
@@ -549,7 +549,7 @@ def read_elements(raw: Mapping[str, Any], places: Places, drags: Mapping[str, fl
     """
     inertias, springs, dampers, loads = list[Inertia](), list[Spring](), list[Damper](), list[Load]()
     for item, place in _listed(raw.get("inertia"), SECTIONS["inertia"], places, setting):
-        present = item.given("value", "gd2")
+        present = item.present("value", "gd2")
         if not present:
             item.add("value", "nothing", "a mass or an inertia, or gd2")
         elif len(present) > 1:
@@ -758,12 +758,15 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
     before = len(item.faults)
     if stroke is not None:
         slack = TOLERANCE * stroke.span
-        ends = f"{told(stroke.start, stroke.sliding)} to {told(stroke.end, stroke.sliding)}, as the stroke goes"
+        first, last = (coordinate_text(end, stroke.sliding) for end in (stroke.start, stroke.end))
+        ends = f"{first} to {last}, as the stroke goes"
         beyond = [at for at in (start, end) if not stroke.start - slack <= at <= stroke.end + slack]
         if beyond:
-            item.add("from" if beyond[0] == start else "to", told(beyond[0], stroke.sliding), f"a place from {ends}")
+            item.add(
+                "from" if beyond[0] == start else "to", coordinate_text(beyond[0], stroke.sliding), f"a place from {ends}"
+            )
         elif end - start <= slack:
-            item.add("to", told(end, stroke.sliding), "a position beyond the beginning of the load")
+            item.add("to", coordinate_text(end, stroke.sliding), "a position beyond the beginning of the load")
         elif start - stroke.start <= slack and stroke.end - end <= slack:
             return None
         return UNREAD if len(item.faults) > before else (start, end)

@@ -13,7 +13,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Kind, build, stroke_ranges
-from flywheel.numerics.faults import Fault, SceneError, quote, show, suggestion, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text, quote, show, suggestion
 from flywheel.numerics.units import QuantityError, parse_range, plain_number
 from flywheel.reading.fields import (
     Faults,
@@ -564,7 +564,7 @@ def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, 
             faults.add(where, quote(name), "a unique name", f"{seen[name]} has this name already")
         seen.setdefault(name, what)
     if driver is None or "" in (driver.first, driver.second):
-        return  # the body that it turns is no port, but which one that is cannot be told
+        return  # the body that it turns is no port, but which one that is cannot be coordinate_text
     for name in shadowing(offered(linkage, points), driver.kind == SLIDE):
         where = next(where for where, other, _ in named if other == name)
         faults.add(where, quote(name), "another name", "the driver is called so where loads act; rename the body or joint")
@@ -619,7 +619,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     if None in (start, end, acceleration) or (speed is None and "speed" in table):
         return unread._replace(sliding=slides)
     if end - start <= _SHORTEST * max(abs(start), abs(end)):
-        defect, ends = told(end, slides), f"more than from, which is {told(start, slides)}"
+        defect, ends = coordinate_text(end, slides), f"more than from, which is {coordinate_text(start, slides)}"
         faults.add("stroke.to", defect, ends, "a return stroke has the same ends and a negative speed")
     elif not slides and end - start > MOST_TURNS * TURN:
         faults.add("stroke.to", f"{(end - start) / TURN:.6g} turns", f"at most {MOST_TURNS}")
@@ -655,7 +655,7 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
     return kinds[0] == "slide" if kinds and isinstance(kinds[0], str) and kinds[0] in ("slide", "pin") else None
 
 
-class Found(NamedTuple):
+class ReadMechanism(NamedTuple):
     """One mechanism as far as it could be read: `mechanism` is None if it has faults.
 
     `complete` is False if it may have more ports than could be read.
@@ -717,7 +717,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
     return read, Places(shafts, ports, complete, read)
 
 
-def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> Found | None:
+def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> ReadMechanism | None:
     """One mechanism; None if not even its ports are known."""
     faults, stroke = setting.faults, setting.stroke
     before = len(faults)
@@ -780,7 +780,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     else:
         own = {"assembly": fields.get("assembly", "open")}
     if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
-        return Found(name, rotating, travel, None, complete)
+        return ReadMechanism(name, rotating, travel, None, complete)
     phase = fields["phase"]
     if kind.name != "law" and travel is not None and abs(phase) > travel:  # beside it every angle is rounded as it is
         within = math.atan2(math.sin(phase), math.cos(phase))
@@ -790,7 +790,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         at = {"shaft": stroke.element, "phase": stroke.start, "travel": stroke.span, "stroke": (stroke.start, stroke.end)}
         own["period"] = stroke.span if stroke.sliding else TURN
     mechanism = Mechanism(type=kind.name, name=name, geometry=geometry, bodies=bodies, path=path, **at, **own)
-    return Found(name, rotating, travel, mechanism, complete)
+    return ReadMechanism(name, rotating, travel, mechanism, complete)
 
 
 def _as_written(fault: Fault, kind: Kind, raw: Mapping[str, Any]) -> Fault:

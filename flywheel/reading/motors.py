@@ -62,7 +62,7 @@ from flywheel.reading.fields import (
     read_unit,
 )
 from flywheel.reading.schema import SECTIONS, Section
-from flywheel.reading.tables import given_columns
+from flywheel.reading.tables import columns_of
 from flywheel.scene.scene import NOT_NEGATIVE, POSITIVE, Key, Phase, Range, Scene
 
 
@@ -310,7 +310,7 @@ _ROWS = (
 def _table(item: Item, folder: Path | None) -> Curve | None:
     """A curve by its rows, in the scene itself or in a file."""
     names = ("speed", "torque")
-    columns = given_columns(item, names, "no rows", folder)
+    columns = columns_of(item, names, "no rows", folder)
     units = [read_unit(item, f"{name}_unit", name) for name in names]
     if columns is None or not item.clean:
         return None
@@ -319,7 +319,7 @@ def _table(item: Item, folder: Path | None) -> Curve | None:
         try:
             numbers = tuple(convert(number, unit) for number in column) if unit is not None else ()
         except QuantityError as error:
-            item.add(name, error.found, error.expected)
+            item.add(name, error.defect, error.expected)
             continue
         if max(map(abs, numbers), default=0.0) > LARGEST:
             item.add(name, "a number too large", f"at most {LARGEST:g} in SI")
@@ -350,7 +350,7 @@ _DC = (
 def _dc(item: Item, _: Path | None) -> Motor | None:
     """A DC motor by its constants, or by its name plate."""
     constants, pair = ("resistance", "constant", "friction"), ("current", "efficiency")
-    fields, own, plate = item.fields, item.given(*constants), item.given("power", "speed", *pair, "armature_share")
+    fields, own, plate = item.fields, item.present(*constants), item.present("power", "speed", *pair, "armature_share")
     shared = {"inductance": fields["inductance"], "inertia": fields["inertia"]}
     if bool(plate) == bool(own):
         expected = "either resistance and constant, or power, speed and current (or efficiency)"
@@ -362,7 +362,7 @@ def _dc(item: Item, _: Path | None) -> Motor | None:
         return None
     if own:
         return DC(**{name: fields[name] for name in ("voltage", *constants)}, **shared)
-    if not exactly_one(item.given(*pair), pair, item.path, item.faults):
+    if not exactly_one(item.present(*pair), pair, item.path, item.faults):
         return None
     current = fields["current"] or fields["power"] / (fields["efficiency"] * fields["voltage"])
     return dc_from_plate(fields["voltage"], _rated(fields), current, fields["armature_share"], **shared)
@@ -428,7 +428,7 @@ def _inverter(item: Item) -> Inverter | None:
 
 def _two_axis(item: Item, static: Induction) -> TwoAxisInduction | None:
     """An induction motor with its fluxes as states; its circuit follows from the name plate where it is not given."""
-    present = item.given(*Impedances._fields)
+    present = item.present(*Impedances._fields)
     if present and len(present) < len(Impedances._fields):
         missing = ", ".join(name for name in Impedances._fields if name not in present)
         item.faults.add(
@@ -490,9 +490,9 @@ _SYNCHRONOUS = (
 def _synchronous(item: Item, _: Path | None) -> Motor | None:
     """A synchronous motor; its saliency may follow from the rated load angle, its damping from a slip."""
     fields, dampings = item.fields, ("damping", "asynchronous_slip")
-    if not exactly_one(item.given(*dampings), dampings, item.path, item.faults):
+    if not exactly_one(item.present(*dampings), dampings, item.path, item.faults):
         return None
-    if len(item.given("load_angle", "saliency")) > 1:
+    if len(item.present("load_angle", "saliency")) > 1:
         item.faults.add(item.path, "load_angle and saliency", "one of them: the other follows")
         return None
     poles, ratio, saliency = int(item.number("poles")), fields["pull_out_ratio"], fields["saliency"] or 0.0

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from flywheel.numerics.arguments import refuse
-from flywheel.numerics.expressions import shown
+from flywheel.numerics.expressions import unit_text
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.numerics.units import (
     DIMENSIONS,
@@ -86,7 +86,7 @@ def numbers(scene: Scene) -> dict[str, Number]:
         if quantity is not None:
             unit = DIMENSIONS[quantity.dimension].si
             if path.startswith("parameters."):
-                unit = shown(scene.units.get(path.removeprefix("parameters."))) or ""
+                unit = unit_text(scene.units.get(path.removeprefix("parameters."))) or ""
             numbers[path] = Number(quantity.number, unit, quantity.dimension)
         elif alone is not None:
             numbers[path] = Number(alone, "")
@@ -191,7 +191,7 @@ def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
 def _unit(scene: Scene, path: str, quantity: Any) -> str:
     """The unit with which a number is written: where a bare number would be refused, or change its meaning."""
     if path.startswith("parameters."):
-        return shown(scene.units.get(path.removeprefix("parameters."))) or ""
+        return unit_text(scene.units.get(path.removeprefix("parameters."))) or ""
     return "rad" if quantity.dimension == "angle" else ""
 
 
@@ -216,7 +216,9 @@ def parsed(scene: Scene, path: str, text: str) -> float:
         value, parts = parse_quantity(text, None), split_quantity(text)
         unit = scene.units.get(path.removeprefix("parameters."))
         if parts is not None and parts[1] and unit is not None and parse_unit(parts[1], None).powers != unit.powers:
-            raise QuantityError(show(text), f"a quantity in {shown(unit)}, as the parameter is one, or a bare number in SI")
+            raise QuantityError(
+                show(text), f"a quantity in {unit_text(unit)}, as the parameter is one, or a bare number in SI"
+            )
         return value
     dimension = number.dimension if number is not None else _dimension_of_default(scene, path, text)
     if alone is not None and dimension == "angle" and abs(alone) > 2 * math.pi:

@@ -706,7 +706,7 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str
                 values[name] = parse_range(value, None)
             except QuantityError as error:
                 values[name] = math.nan
-                faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
+                faults.add(path, error.defect, error.expected + ', or "balance"', error.advice)
                 continue
             faults.quantities[path] = Quantity(value, values[name], "number", False)
             parts = split_quantity(middle) if isinstance(middle := middle_of(value), str) else None

@@ -50,7 +50,7 @@ def read_table(
     if along == "length":
         item.fields["angle_unit"] = mapping.get("angle_unit", "m")
     units = [read_unit(item, "angle_unit", along), read_unit(item, "value_unit", dimension)]
-    columns = given_columns(item, ("angle", "value"), "neither", folder)
+    columns = columns_of(item, ("angle", "value"), "neither", folder)
     if columns is not None and len(columns[0]) != len(columns[1]):
         defect = f"{len(columns[0])} angles and {len(columns[1])} values"
         faults.add(path, defect, "the same number of both")
@@ -61,7 +61,7 @@ def read_table(
         try:  # each number is rounded once
             arrays.append(np.array([convert(number, unit or Unit()) for number in column]))
         except QuantityError as error:
-            faults.add(f"{path}.{name}", error.found, error.expected)
+            faults.add(f"{path}.{name}", error.defect, error.expected)
     if len(faults) > before or not _ascends(arrays[0], path, faults):
         return None
     texts = [item.fields[f"{name}_unit"] or "" for name in ("angle", "value")]
@@ -70,15 +70,15 @@ def read_table(
     return Table(angle, value, item.fields["interpolation"], np.array(written))
 
 
-def given_columns(
+def columns_of(
     item: Item, names: tuple[str, str], nothing: str, folder: Path | None
 ) -> Sequence[Sequence[float | str]] | None:
     """Both columns of a table as numbers or decimal texts, from its file or from the scene itself; None after faults."""
-    inline = item.given(*names)
+    inline = item.present(*names)
     if "file" in item.raw and not inline:
         return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
     if "file" in item.raw or "column" in item.raw or len(inline) != 2:
-        defect = " and ".join(item.given("file", "column", *names)) or nothing
+        defect = " and ".join(item.present("file", "column", *names)) or nothing
         item.faults.add(item.path, defect, f"either file (and column), or {names[0]} and {names[1]}")
         return None
     columns = [item.fields[name] for name in names]
@@ -373,7 +373,7 @@ def read_effort(value: object, dimension: str, path: str, setting: Setting) -> f
         number = convert(parts[0], Unit()) if parts is not None and alone else parse_range(value, dimension)
     except QuantityError as error:
         advice = product(str(value), setting.names | RESERVED) or error.advice
-        setting.faults.add(path, error.found, f"{error.expected}, or an expression", advice)
+        setting.faults.add(path, error.defect, f"{error.expected}, or an expression", advice)
         return None
     setting.faults.quantities[path] = Quantity(value, number, dimension, False)
     return number
@@ -389,7 +389,7 @@ def read_expression(text: str, path: str, setting: Setting) -> Expression | None
             advice = "only the drive's torque, or a parameter that an expression uses, can be the balance"
         elif not advice and re.search(r"\d\s*[^\W\d_]", text):
             advice = "numbers in an expression are SI, without units"
-        setting.faults.add(path, error.found, error.expected, advice)
+        setting.faults.add(path, error.defect, error.expected, advice)
         return None
 
 

@@ -21,7 +21,7 @@ from flywheel.numerics.faults import Fault, Remark, quote
 from flywheel.reading.fields import child, heading
 from flywheel.reading.schema import LINKAGE_SECTIONS, SECTIONS
 
-Told = TypeVar("Told", Fault, Remark)
+Finding = TypeVar("Finding", Fault, Remark)
 Path = tuple[str | int, ...]
 """Keys, and numbers of items from 0."""
 
@@ -56,7 +56,7 @@ class _Trouble(Exception):
     """Reason why a text is no TOML, and where."""
 
     def __init__(self, at: int, defect: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
-        self.at, self.found, self.expected, self.advice = at, defect, expected, advice
+        self.at, self.defect, self.expected, self.advice = at, defect, expected, advice
         self.resume = resume  # where scanning continues: None behind this line
         super().__init__(defect)
 
@@ -68,7 +68,7 @@ class Index(NamedTuple):
     paths: Mapping[str, Path]
     headings: frozenset[Path]
 
-    def placed(self, fault: Told) -> Told:
+    def placed(self, fault: Finding) -> Finding:
         """The fault with its line, of its key or of the table that lacks it, and the tables of arrays on the way to it.
 
         These are counted from 1: "the 2nd [[load]]". The fault is unchanged if its line is unknown.
@@ -114,7 +114,7 @@ def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
     return Index(lines, paths, frozenset(scanner.headings))
 
 
-def placed(faults: Iterable[Told], text: str, mapping: Mapping[str, Any]) -> list[Told]:
+def placed(faults: Iterable[Finding], text: str, mapping: Mapping[str, Any]) -> list[Finding]:
     """Faults of a scene, or remarks, with the lines on which they stand."""
     lines = index(text, mapping)
     return [fault if lines is None else lines.placed(fault) for fault in faults]
@@ -509,7 +509,7 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
     r"""Faults of a text that `tomllib` refuses with its own `message`; `name` is that of the file.
 
     >>> fault = troubles("[regime]\nspeed = 60 rpm", "press.toml", "")[0]
-    >>> fault.place, fault.found, fault.advice
+    >>> fault.place, fault.defect, fault.advice
     ('line 2, column 9', '60 rpm without quotes', 'write speed = "60 rpm"')
     """
     scanner = _Scanner(text)
@@ -518,7 +518,7 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
         for trouble in scanner.troubles():
             line = scanner.line(trouble.at)
             column = trouble.at - scanner.starts[line - 1] + 1
-            faults.append(Fault(name, trouble.found, trouble.expected, trouble.advice, line, column))
+            faults.append(Fault(name, trouble.defect, trouble.expected, trouble.advice, line, column))
             if len(faults) == _MOST_TROUBLES:
                 break
     except RecursionError:
@@ -688,7 +688,7 @@ def _item_trouble(at: int, rest: str) -> _Trouble:
         return _Trouble(at, _glimpse(rest), "a value", "a comma or a bracket stands where a value should")
     trouble = _bare_trouble(at, "", item.translate(_CURLY).strip("\"'") if item.translate(_CURLY) != item else item)
     if item.translate(_CURLY) != item:
-        trouble.found, trouble.expected = f"{_glimpse(item)}, with typographic quotes", _STRAIGHT
+        trouble.defect, trouble.expected = f"{_glimpse(item)}, with typographic quotes", _STRAIGHT
     return trouble
 
 

@@ -144,7 +144,7 @@ class UndefinedError(NoRegimeError):
     """A law has no finite value at a speed of the iteration; `fault` has the law and the reason."""
 
     def __init__(self, fault: Fault) -> None:
-        super().__init__(f"{fault.path} comes to {fault.found}")
+        super().__init__(f"{fault.path} comes to {fault.defect}")
 
 
 class LostError(NoRegimeError):

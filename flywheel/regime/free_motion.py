@@ -31,7 +31,7 @@ from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count
 from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression, Node, composed, numeral, renamed, written
-from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
@@ -79,9 +79,9 @@ class SwitchingTimes:
             return self.until
         while (later := bisect_right(self._times, t)) == len(self._times):
             start, end = self._seen, self._seen + self._window
-            roots = _found(breakpoints, self._switches, start, end)
+            roots = _switching_times(breakpoints, self._switches, start, end)
             edges = np.array(sorted({start, *roots, end}))
-            steep = _found(resolved, self._smooth, edges[:-1], edges[1:])
+            steep = _switching_times(resolved, self._smooth, edges[:-1], edges[1:])
             self._times += sorted({*roots, *steep, end} - {start})
             self._seen = end
         return min(self._times[later], self.until)
@@ -110,7 +110,9 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
             yield from _timed(effort, arg)
 
 
-def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:
+def _switching_times(
+    search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any
+) -> set[float]:
     """The switching times (s) of laws of time between ends, by interval bounds; a fault names `t` as in the scene."""
     times: set[float] = set()
     for effort, law in laws:
@@ -259,7 +261,7 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
     return places[0] + on, places[1] - back
 
 
-def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
+def rest_cause(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
     """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     stiction = dynamics.hold(phi, *neighbours(machine, phi), t, states)
@@ -527,7 +529,7 @@ class _Motion:
         if abs(self.state[1]) <= _REST_SPEED * self.typical:
             stands = f"stands still at {where} after {self.t:.6g} s"
             own = self.state[3:].tolist()
-            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}"
+            return f"{stands}: {rest_cause(self.dynamics, float(self.state[0]), self.t, own)}"
         unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
         defect = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
@@ -539,7 +541,7 @@ class _Motion:
             return None
         phi, omega, t = self.undefined
         fault = not_finite(self.machine, phi, anchor.phi, omega, t)
-        return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
+        return None if fault.path == "mechanism" else fault._replace(defect=f"{fault.defect} after {t:.6g} s")
 
     # -- cycles that are like the one before -----------------------------------------------------------------------------
 
@@ -778,4 +780,4 @@ def _shorter(t: Array) -> Callable[[float], float]:
 def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
     """Message on a motion that ended with its stroke; phi is the driver's own coordinate."""
     assert scene.stroke is not None
-    return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"
+    return f"the driver reached the stroke's end at {coordinate_text(phi, scene.stroke.sliding)} after {last:.6g} s"

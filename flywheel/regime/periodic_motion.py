@@ -143,7 +143,7 @@ def own_motion(
 
     """
     search = _Search(machine, reference, demand, rtol)
-    if demand.inertia is None and (even := search.given(0.0).even(0.0, unknown)) is not None:
+    if demand.inertia is None and (even := search.with_flywheel(0.0).even(0.0, unknown)) is not None:
         return even
     if demand.inertia == 0.0 and search.weightless():
         return search.vanishing(unknown)
@@ -153,13 +153,13 @@ def own_motion(
     solved, inertia = motion.solved, motion.inertia
     fading = solved.rate.by_speed / ((inertia + solved.moments.inertia) * solved.omega)
     if solved.sensitivity and float(np.abs(cells.integral(fading, solved.moments.mesh.half)).sum()) > STIFF:
-        heavier = search.given(1.5 * inertia).motion(1.5 * inertia, solved.state.unknown)
+        heavier = search.with_flywheel(1.5 * inertia).motion(1.5 * inertia, solved.state.unknown)
         expected = inertia / max(solved.sensitivity.by_square, 1e-300)  # 0.5 J of it; the slope of eps is twice that of s
         if not _UNLIKE * expected > abs(heavier.run.irregularity - solved.irregularity) > expected / _UNLIKE:
             raise _open_flywheel(motion)
     # at least irregularities even a motion depends on its switches no more than on rounding
     if motion.run.irregularity > _SMALL_IRREGULARITY and search.switches():
-        again = _checked(search.given(inertia).from_another(motion)) if motion.run.error <= _COARSE_ERROR else None
+        again = _checked(search.with_flywheel(inertia).from_another(motion)) if motion.run.error <= _COARSE_ERROR else None
         off = np.inf if again is None else abs(again.run.irregularity / (demand.irregularity or 1.0) - 1.0)
         if again is None or not off <= 10 * (again.run.error + motion.run.error) + _SWITCH_MOVE:
             raise NoRegimeError("the motion with the flywheel found for it has another irregularity")
@@ -252,7 +252,7 @@ class _Search(NamedTuple):
     demand: Demand
     rtol: float
 
-    def given(self, inertia: float) -> _Search:
+    def with_flywheel(self, inertia: float) -> _Search:
         """The search for the motion with a given flywheel."""
         return self._replace(demand=Demand(inertia, None, self.demand.speed))
 
@@ -280,9 +280,9 @@ class _Search(NamedTuple):
         light = _VANISHING * float(moments.inertia.max())
         if light <= 0.0:
             raise NoRegimeError("nothing stores energy")
-        search = self.given(light)
+        search = self.with_flywheel(light)
         motion = _checked(search.motion(light, unknown) if other is None else search.from_another(other))
-        beside = _checked(self.given(1.5 * light).from_another(motion))
+        beside = _checked(self.with_flywheel(1.5 * light).from_another(motion))
         off = 2.0 * abs(beside.run.irregularity - motion.run.irregularity) / max(motion.run.irregularity, 1e-300)
         level = 2.0 * abs(beside.speed / motion.speed - 1.0)
         run = motion.run._replace(error=motion.run.error + off)
@@ -538,7 +538,9 @@ class _Search(NamedTuple):
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
-                last = self.given(heavier * heavy)._replace(rtol=_PASSING_ERROR).from_nothing(heavier * heavy, unknown)
+                last = (
+                    self.with_flywheel(heavier * heavy)._replace(rtol=_PASSING_ERROR).from_nothing(heavier * heavy, unknown)
+                )
                 break
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
@@ -564,7 +566,7 @@ class _Search(NamedTuple):
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:
                 try:
-                    lighter = self.given(last.inertia - step)._replace(rtol=_PASSING_ERROR).from_another(last)
+                    lighter = self.with_flywheel(last.inertia - step)._replace(rtol=_PASSING_ERROR).from_another(last)
                     break
                 except NoRegimeError:
                     step *= 0.5

@@ -18,7 +18,7 @@ from flywheel.machine.equation import not_finite
 from flywheel.machine.machine import Machine
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, Array, tails, wide
-from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.numerics.faults import Fault, SceneError, coordinate_text
 from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import Point
@@ -233,8 +233,10 @@ def own_coordinate(scene: Scene, coordinates: Array) -> Array:
     slack = _SLACK * max(abs(stroke.start), abs(stroke.end), stroke.span)
     outside = (coordinates < stroke.start - slack) | (coordinates > stroke.end + slack)
     if outside.any():
-        ends = f"{told(stroke.start, sliding)} to {told(stroke.end, sliding)}"
-        raise SceneError([Fault(name, told(coordinates[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
+        ends = f"{coordinate_text(stroke.start, sliding)} to {coordinate_text(stroke.end, sliding)}"
+        raise SceneError(
+            [Fault(name, coordinate_text(coordinates[outside].flat[0], sliding), f"{what} within the stroke, {ends}")]
+        )
     return np.asarray(np.clip(coordinates - stroke.start, 0.0, stroke.span))
 
 

@@ -277,7 +277,7 @@ def check_weighs(machine: Machine, cycle: Cycle, extent: Extent, inertia: float)
     """
     if inertia + extent.least <= extent.error:
         fault = weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)
-        raise SceneError([fault._replace(found=f"{fault.found} (to within {extent.error:.1g} kg m²)")])
+        raise SceneError([fault._replace(defect=f"{fault.defect} (to within {extent.error:.1g} kg m²)")])
 
 
 def coarse(cycle: Cycle, speed: float) -> Coarse:

@@ -51,7 +51,7 @@ from flywheel.report.solutions import Solution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.sizing.sizing import size
-from flywheel.tables.power import entries, given
+from flywheel.tables.power import entries, input_power
 from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, few_digits, place
 from flywheel.tables.sizing import candidates, limit_names, remarks
 from flywheel.tables.summary import Block, summary
@@ -105,7 +105,7 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
     if "run" in made and "limits" in made:  # one below the other beside the drive, which has more rows
         made["run"] = f'<div class="stack">\n{made["run"]}\n{made.pop("limits")}\n</div>'
     train = sizing.power_flow
-    if train is not None and given(train, entries(train)) > 0.0:
+    if train is not None and input_power(train, entries(train)) > 0.0:
         made["train"] = _train(train, units)
     signed = "".join(f"<div>{escape(name)}</div>" for name in (_("Designed by"), _("Checked by"), _("Date")))
     body = "\n".join(made[name] for name in order if name in made)
@@ -204,14 +204,14 @@ def _rows(flow: PowerFlow, units: TradeUnits) -> Iterator[tuple[str, ...]]:
         )
 
 
-Given = Sizing | SingleStroke | Machine | Scene
+Source = Sizing | SingleStroke | Machine | Scene
 """Subject of a report."""
 
 _MOST_ROWS = 400  # of a scene's table
 
 
 def html(
-    source: Given,
+    source: Source,
     *,
     language: str | None = None,
     units: str = "si",
@@ -239,7 +239,7 @@ def html(
 
 
 def worked(
-    source: Given, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False
+    source: Source, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False
 ) -> Document:
     """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
     scene = source if isinstance(source, Scene) else source.scene
@@ -340,7 +340,7 @@ def _figure_of_stroke(result: SingleStroke) -> Figure:
     return Figure(drawn, _("One stroke over time"), about)
 
 
-def _parts(scene: Scene, sizing: Sizing | None, source: Given, printed: Solution | None) -> Iterator[Part]:
+def _parts(scene: Scene, sizing: Sizing | None, source: Source, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
     if isinstance(source, SingleStroke) or scene.single_stroke is not None:
         yield _scene(scene, [str(remark) for remark in scene.remarks])
@@ -359,7 +359,7 @@ def _parts(scene: Scene, sizing: Sizing | None, source: Given, printed: Solution
         yield references(None, sources)
         return
     order = (
-        regime.asked,
+        regime.requirements,
         drive.motor,
         regime.balance,
         drive.engine,
@@ -715,7 +715,7 @@ def pdf(text: str) -> bytes:
 
 
 def write(
-    source: Given,
+    source: Source,
     path: str | Path,
     *,
     language: str | None = None,

@@ -164,7 +164,7 @@ def agrees(step: Step, numbers: Sequence[Quantity]) -> bool:
     result = step.result
     assert result is not None
     try:
-        value = formulas.value(step.formula, {number.symbol: number.shown for number in numbers})
+        value = formulas.value(step.formula, {number.symbol: number.value_written for number in numbers})
     except (ArithmeticError, ValueError):
         return False
     if result._replace(value=value).written == result.written:
@@ -328,7 +328,7 @@ class _Writer:
 
     def __init__(self, customary: bool) -> None:
         self.customary = customary
-        self.found: dict[str, tuple[str, str]] = {}  # symbol -> (address, name of the place)
+        self.origins: dict[str, tuple[str, str]] = {}  # symbol -> (address, name of the place)
         self.counts = {"section": 0, "step": 0, "table": 0, "figure": 0, "formula": 0}
 
     def next(self, kind: str) -> int:
@@ -392,15 +392,15 @@ class _Writer:
             lines.append(f"<p>{escape(step.note)}</p>")
         lines.append(self.sources(numbers or step.numbers))
         for symbol in (*step.definitions, *([step.result.symbol] if step.result is not None else ())):
-            self.found[symbol] = (place, f"({n})")
+            self.origins[symbol] = (place, f"({n})")
         return f'<div class="step" id="{place}">\n' + "\n".join(filter(None, lines)) + "\n</div>"
 
     def sources(self, numbers: Sequence[Quantity]) -> str:
         """Sources of a step's numbers, with links."""
-        named = dict.fromkeys(number.symbol for number in numbers if number.symbol in self.found)
+        named = dict.fromkeys(number.symbol for number in numbers if number.symbol in self.origins)
         lines = []
         for symbol in named:
-            place, name = self.found[symbol]
+            place, name = self.origins[symbol]
             lines.append(f'{formulas.symbol_element(symbol)} <a href="#{place}">{escape(name)}</a>')
         return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(lines)}</p>' if lines else ""
 
@@ -409,7 +409,7 @@ class _Writer:
         converted = customary(quantity) if self.customary else None
         if converted is None:
             return ""
-        number = formulas.number_shown(converted)
+        number = formulas.numeral(converted)
         return f' <span class="customary">{formulas.element(f"<mo>(</mo>{number.math}<mo>)</mo>", number.text)}</span>'
 
     def table(self, table: Table) -> str:
@@ -433,7 +433,7 @@ class _Writer:
             return f"<td{of_number if numeric[k] else ''}>{cell_text}</td>"
 
         for row in table.rows:
-            self.found |= {c.symbol: (place, name) for c in row if isinstance(c, Quantity) and c.symbol}
+            self.origins |= {c.symbol: (place, name) for c in row if isinstance(c, Quantity) and c.symbol}
         columns = "".join(
             f'<th scope="col"{of_number if number else ""}>{escape(head)}</th>' if head else "<td></td>"
             for head, number in zip(table.head, numeric, strict=True)
@@ -521,7 +521,7 @@ def html(document: Document) -> str:
 def in_cell(quantity: Quantity, head: str) -> str:
     """A number of a table as HTML, with its unit where the column's head does not name it."""
     bare = bool(quantity.unit) and head.endswith((f", {quantity.unit}", f"({quantity.unit})"))
-    return escape(formulas.bare(quantity) if bare else formulas.number_shown(quantity).text)
+    return escape(formulas.bare(quantity) if bare else formulas.numeral(quantity).text)
 
 
 # -- SVG --------------------------------------------------------------------------------------------------------------
@@ -591,12 +591,12 @@ _NO_WORK = 1e-9  # of the work exchanged: what is no more than that does no work
 
 def number(value: float, digits: int = formulas.DIGITS) -> str:
     """A number within a sentence, with the decimal mark of the language in use."""
-    return formulas.number_shown(Quantity("", value, "", digits)).text
+    return formulas.numeral(Quantity("", value, "", digits)).text
 
 
 def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
     """A number with its unit within a sentence."""
-    return formulas.number_shown(Quantity("", value, unit, digits)).text
+    return formulas.numeral(Quantity("", value, unit, digits)).text
 
 
 class CyclePoint(NamedTuple):

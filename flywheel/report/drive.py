@@ -20,7 +20,7 @@ from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part,
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
-from flywheel.tables.power import entries, given, sentence, with_and_without
+from flywheel.tables.power import entries, input_power, sentence, with_and_without
 from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names
 
@@ -229,7 +229,7 @@ def limits(context: Context) -> Section | None:
     for k, (name, limit) in enumerate(sizing.limits.items()):
         unit = "" if name == "irregularity" else "%"
         alone = Quantity("", limit.alone, "kg m²")
-        shares = Quantity("", limit.asked, unit), Quantity("", limit.reached, unit)
+        shares = Quantity("", limit.requirement, unit), Quantity("", limit.reached, unit)
         rows.append((names[name], Formula(_LIMITS[name]), *shares, alone))
         if name == sizing.binding:
             emphasis.append(k)
@@ -351,7 +351,7 @@ _ANGLES = 721  # for the greatest power of the loads
 def train(context: Context) -> Section | None:
     """The power flow over a cycle: its picture, the shafts and their meshes, the losses, and their sum."""
     flow = context.sizing.power_flow
-    if flow is None or not given(flow, entries(flow)) > TIE * flow.scale:
+    if flow is None or not input_power(flow, entries(flow)) > TIE * flow.scale:
         return None
     parts: list[Part] = [
         Step(
@@ -465,7 +465,7 @@ def _lost(flow: PowerFlow, name: str, k: int, numbers: tuple[Quantity, Quantity,
 
 def _balance(flow: PowerFlow) -> Iterator[Part]:
     """Input, losses and output as a table with its sum, and the share of the input that arrives."""
-    whole = given(flow, entries(flow))
+    whole = input_power(flow, entries(flow))
     share = (lambda value: Quantity("", value / whole, "%", 4)) if whole > 0.0 else (lambda value: "–")
     enters, leaves = Quantity("P_e", flow.input, "W"), Quantity("P_a", flow.output, "W")
     rows: list[tuple[Cell, ...]] = [(_("comes in"), Formula("P_e"), enters, share(flow.input))]

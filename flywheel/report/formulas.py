@@ -86,7 +86,7 @@ class Quantity(NamedTuple):
         return written(self.value / factor(self.unit), self.digits)
 
     @property
-    def shown(self) -> float:
+    def value_written(self) -> float:
         """Value of the shown number, in SI."""
         return float(self.written) * factor(self.unit)
 
@@ -171,7 +171,7 @@ def symbol_math(symbol: str) -> str:
 # -- a formula --------------------------------------------------------------------------------------------------------
 
 
-class _Shown(NamedTuple):
+class Markup(NamedTuple):
     """A part of a formula as MathML and as text, and its precedence."""
 
     math: str
@@ -262,11 +262,11 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
     for each term of its sums: lines break between them, wherever a sheet or a screen is too narrow.
     """
     *heads, last = sides(formula)
-    terms: list[_Shown] = []
+    terms: list[Markup] = []
     for side, numerals in [*((head, {}) for head in (heads[:1] if numbers else heads)), (last, numbers or {})]:
         first, *others = _terms(side, numerals)
         if len(terms) == 1:  # the first side stands before the first term of the second
-            terms = [_Shown(f"{terms[0].math}<mo>=</mo>{first.math}", f"{terms[0].text} = {first.text}"), *others]
+            terms = [Markup(f"{terms[0].math}<mo>=</mo>{first.math}", f"{terms[0].text} = {first.text}"), *others]
         else:
             terms += [_signed("=", first) if terms else first, *others]
     if display and len(terms) > 1 and sum(len(term.text) for term in terms) > _UNBROKEN:
@@ -274,37 +274,37 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
     return element("".join(term.math for term in terms), " ".join(term.text for term in terms), display=display)
 
 
-def _terms(node: ast.expr, numbers: Mapping[str, Quantity]) -> list[_Shown]:
+def _terms(node: ast.expr, numbers: Mapping[str, Quantity]) -> list[Markup]:
     """The terms of a sum, all but the first with their signs; anything else is one term."""
     if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub)):
-        return [_shown(node, numbers)]
+        return [_markup(node, numbers)]
     first, *others = _terms(node.left, numbers)
-    last, sign = _shown(node.right, numbers), "+" if isinstance(node.op, ast.Add) else "−"
+    last, sign = _markup(node.right, numbers), "+" if isinstance(node.op, ast.Add) else "−"
     # a negative number, or a sum that is taken away, is put in brackets
     last = _bracketed(last, _PRODUCT if sign == "−" or last.text.startswith("−") else _SUM)
     return [_bracketed(first, _SUM), *others, _signed(sign, last)]
 
 
-def _signed(sign: str, term: _Shown) -> _Shown:
-    return _Shown(f'<mo form="infix">{sign}</mo>{term.math}', f"{sign} {term.text}", _SUM)
+def _signed(sign: str, term: Markup) -> Markup:
+    return Markup(f'<mo form="infix">{sign}</mo>{term.math}', f"{sign} {term.text}", _SUM)
 
 
 def equation(quantity: Quantity) -> str:
     """A symbol and its number as MathML in a line of its own."""
-    numeral = number_shown(quantity)
+    number = numeral(quantity)
     if not quantity.symbol:
-        return element(numeral.math, numeral.text)
+        return element(number.math, number.text)
     return element(
-        f"{symbol_math(quantity.symbol)}<mo>=</mo>{numeral.math}", f"{symbol_text(quantity.symbol)} = {numeral.text}"
+        f"{symbol_math(quantity.symbol)}<mo>=</mo>{number.math}", f"{symbol_text(quantity.symbol)} = {number.text}"
     )
 
 
 def element(inner: str, text: str, *, display: bool = True) -> str:
     """A MathML element around its content, with a text for screen readers without MathML."""
-    return _element(_Shown(inner, text), ' display="block"' if display else "")
+    return _element(Markup(inner, text), ' display="block"' if display else "")
 
 
-def _element(markup: _Shown, attributes: str) -> str:
+def _element(markup: Markup, attributes: str) -> str:
     return f'<math{attributes} alttext="{escape(markup.text)}"><mrow>{markup.math}</mrow></math>'
 
 
@@ -313,7 +313,7 @@ def symbol_element(symbol: str) -> str:
     return element(symbol_math(symbol), symbol_text(symbol), display=False)
 
 
-def number_shown(quantity: Quantity) -> _Shown:
+def numeral(quantity: Quantity) -> Markup:
     """A number with its unit, a power of ten written as such."""
     return _with_unit(_number(quantity.written), quantity.unit)
 
@@ -327,7 +327,7 @@ def bare(quantity: Quantity) -> str:
     return _number(quantity.written).text
 
 
-def _number(english: str) -> _Shown:
+def _number(english: str) -> Markup:
     sign, digits = ('<mo form="prefix">−</mo>', english[1:]) if english.startswith("-") else ("", english)
     digits, _, power = digits.partition("e")
     numeral = language.number(digits)
@@ -336,46 +336,46 @@ def _number(english: str) -> _Shown:
         exponent = str(int(power)).replace("-", "−")
         markup = f"{markup}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
         text = f"{text}·10{exponent.translate(_RAISED)}"
-    return _Shown(markup, text, _SUM if sign else _PRODUCT if power else _ATOM)
+    return Markup(markup, text, _SUM if sign else _PRODUCT if power else _ATOM)
 
 
-def _with_unit(number: _Shown, unit: str) -> _Shown:
+def _with_unit(number: Markup, unit: str) -> Markup:
     if not unit:
         return number
     gap = "" if unit in ("°",) else '<mspace width="0.2em"></mspace>'
     suffix = unit if unit in ("°",) else f" {unit}"
     binds = min(number.binds, _PRODUCT)
-    return _Shown(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + suffix, binds)
+    return Markup(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + suffix, binds)
 
 
-def _bracketed(markup: _Shown, least: int) -> _Shown:
+def _bracketed(markup: Markup, least: int) -> Markup:
     if markup.binds >= least:
         return markup
-    return _Shown(f"<mrow><mo>(</mo>{markup.math}<mo>)</mo></mrow>", f"({markup.text})")
+    return Markup(f"<mrow><mo>(</mo>{markup.math}<mo>)</mo></mrow>", f"({markup.text})")
 
 
-def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
-    def show(inner: ast.expr, least: int = _LOOSE) -> _Shown:
-        return _bracketed(_shown(inner, numbers), least)
+def _markup(node: ast.expr, numbers: Mapping[str, Quantity]) -> Markup:
+    def show(inner: ast.expr, least: int = _LOOSE) -> Markup:
+        return _bracketed(_markup(inner, numbers), least)
 
     match node:
         case ast.Constant(value=int() | float() as number):
             return _number(written(number, 12))
         case ast.Name(id=name) if name in numbers:
-            return number_shown(numbers[name])
+            return numeral(numbers[name])
         case ast.Name(id=name):
-            return _Shown(symbol_math(name), symbol_text(name))
+            return Markup(symbol_math(name), symbol_text(name))
         case ast.UnaryOp(op=ast.USub(), operand=inner):
             part = show(inner, _PRODUCT)
-            return _Shown(f'<mo form="prefix">−</mo>{part.math}', f"−{part.text}", _SUM)
+            return Markup(f'<mo form="prefix">−</mo>{part.math}', f"−{part.text}", _SUM)
         case ast.UnaryOp(op=ast.Not(), operand=inner):
             part = show(inner, _POWER)
-            return _Shown(f"<mo>¬</mo>{part.math}", f"not {part.text}", _SUM)
+            return Markup(f"<mo>¬</mo>{part.math}", f"not {part.text}", _SUM)
         case ast.UnaryOp(operand=inner):
             return show(inner)
         case ast.BinOp(op=ast.Add() | ast.Sub()):
             terms = _terms(node, numbers)
-            return _Shown("".join(term.math for term in terms), " ".join(term.text for term in terms), _SUM)
+            return Markup("".join(term.math for term in terms), " ".join(term.text for term in terms), _SUM)
         case ast.BinOp(left=left, op=op, right=right):
             return _operation(left, op, right, numbers)
         case ast.Compare(left=left, ops=ops, comparators=others):
@@ -383,38 +383,38 @@ def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
             parts = [show(other, _SUM) for other in others]
             markup = first.math + "".join(f"<mo>{escape(m)}</mo>{p.math}" for m, p in zip(marks, parts, strict=True))
             text = first.text + "".join(f" {m} {p.text}" for m, p in zip(marks, parts, strict=True))
-            return _Shown(markup, text, _LOOSE)
+            return Markup(markup, text, _LOOSE)
         case ast.BoolOp(op=op, values=values):
             word = language.text("and") if isinstance(op, ast.And) else language.text("or")
             parts = [show(one, _SUM) for one in values]
             joined = f"<mtext>&nbsp;{word}&nbsp;</mtext>".join(part.math for part in parts)
-            return _Shown(joined, f" {word} ".join(part.text for part in parts), _LOOSE)
+            return Markup(joined, f" {word} ".join(part.text for part in parts), _LOOSE)
         case ast.IfExp(test=test, body=body, orelse=other):
             return _piecewise(show(body), show(test), show(other))
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            return _call(name, [_shown(argument, numbers) for argument in arguments])
+            return _call(name, [_markup(argument, numbers) for argument in arguments])
     raise FormulaError(f"{ast.unparse(node)!r} is no part of a formula")
 
 
-def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
-    a, b = _shown(left, numbers), _shown(right, numbers)
+def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mapping[str, Quantity]) -> Markup:
+    a, b = _markup(left, numbers), _markup(right, numbers)
     match op:
         case ast.Mult():
             a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
             times = isinstance(left, ast.Constant) or isinstance(right, ast.Constant) or bool(numbers)
             gap = ' rspace="0.17em"' if isinstance(right, ast.Call) else ""
             mark, word = ("<mo>·</mo>", " · ") if times and numbers else (f"<mo{gap}>&#x2062;</mo>", " ")
-            return _Shown(f"{a.math}{mark}{b.math}", f"{a.text}{word}{b.text}", _PRODUCT)
+            return Markup(f"{a.math}{mark}{b.math}", f"{a.text}{word}{b.text}", _PRODUCT)
         case ast.Div():
             up, down = _bracketed(a, _PRODUCT), _bracketed(b, _POWER)
             fraction = f"<mfrac>{_rows(left, numbers)}{_rows(right, numbers)}</mfrac>"
-            return _Shown(fraction, f"{up.text}/{down.text}", _PRODUCT)
+            return Markup(fraction, f"{up.text}/{down.text}", _PRODUCT)
         case ast.Pow():
             a, up = _bracketed(a, _ATOM), _bracketed(b, _ATOM)
-            return _Shown(f"<msup><mrow>{a.math}</mrow><mrow>{b.math}</mrow></msup>", f"{a.text}^{up.text}", _POWER)
+            return Markup(f"<msup><mrow>{a.math}</mrow><mrow>{b.math}</mrow></msup>", f"{a.text}^{up.text}", _POWER)
         case ast.Mod():
             a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
-            return _Shown(f"{a.math}<mo>mod</mo>{b.math}", f"{a.text} mod {b.text}", _PRODUCT)
+            return Markup(f"{a.math}<mo>mod</mo>{b.math}", f"{a.text} mod {b.text}", _PRODUCT)
     raise FormulaError(f"{type(op).__name__} is no operation of a formula")
 
 
@@ -426,46 +426,46 @@ def _rows(node: ast.expr, numbers: Mapping[str, Quantity]) -> str:
     return f"<mtable>{''.join(f'<mtr><mtd>{term.math}</mtd></mtr>' for term in terms)}</mtable>"
 
 
-def _piecewise(body: _Shown, test: _Shown, other: _Shown) -> _Shown:
+def _piecewise(body: Markup, test: Markup, other: Markup) -> Markup:
     word, otherwise = language.text("if"), language.text("otherwise")
     rows = (
         f"<mtr><mtd>{body.math}</mtd><mtd><mtext>{word}&nbsp;</mtext>{test.math}</mtd></mtr>"
         f"<mtr><mtd>{other.math}</mtd><mtd><mtext>{otherwise}</mtext></mtd></mtr>"
     )
     markup = f'<mrow><mo fence="true">{{</mo><mtable columnalign="left">{rows}</mtable></mrow>'
-    return _Shown(markup, f"({body.text} {word} {test.text}, {otherwise} {other.text})")
+    return Markup(markup, f"({body.text} {word} {test.text}, {otherwise} {other.text})")
 
 
-def _call(name: str, arguments: list[_Shown]) -> _Shown:
+def _call(name: str, arguments: list[Markup]) -> Markup:
     parts, texts = [a.math for a in arguments], [a.text for a in arguments]
     match name, arguments:
         case "integral", [f, x, low, high]:
             f = _bracketed(f, _PRODUCT)
             sign = f"<msubsup><mo>∫</mo><mrow>{low.math}</mrow><mrow>{high.math}</mrow></msubsup>"
             text = f"∫ from {low.text} to {high.text} of {f.text} d{x.text}"
-            return _Shown(
+            return Markup(
                 f'{sign}{f.math}<mspace width="0.2em"></mspace><mi mathvariant="normal">d</mi>{x.math}', text, _PRODUCT
             )
         case "total", [f, k]:
             f = _bracketed(f, _PRODUCT)
-            return _Shown(f"<munder><mo>∑</mo><mrow>{k.math}</mrow></munder>{f.math}", f"∑_{k.text} {f.text}", _PRODUCT)
+            return Markup(f"<munder><mo>∑</mo><mrow>{k.math}</mrow></munder>{f.math}", f"∑_{k.text} {f.text}", _PRODUCT)
         case "derivative", [f, x]:
             f, d = _bracketed(f, _ATOM), '<mi mathvariant="normal">d</mi>'
-            return _Shown(f"<mfrac><mrow>{d}{f.math}</mrow><mrow>{d}{x.math}</mrow></mfrac>", f"d{f.text}/d{x.text}", _POWER)
+            return Markup(f"<mfrac><mrow>{d}{f.math}</mrow><mrow>{d}{x.math}</mrow></mfrac>", f"d{f.text}/d{x.text}", _POWER)
         case (("greatest" | "least"), [f, x]):
             word = "max" if name == "greatest" else "min"
             f = _bracketed(f, _ATOM)
-            return _Shown(
+            return Markup(
                 f"<munder><mo>{word}</mo><mrow>{x.math}</mrow></munder>{f.math}", f"{word}_{x.text} {f.text}", _PRODUCT
             )
         case "sqrt", [x]:
-            return _Shown(f"<msqrt>{x.math}</msqrt>", f"√({x.text})")
+            return Markup(f"<msqrt>{x.math}</msqrt>", f"√({x.text})")
         case "abs", [x]:
-            return _Shown(f'<mrow><mo fence="true">|</mo>{x.math}<mo fence="true">|</mo></mrow>', f"|{x.text}|")
+            return Markup(f'<mrow><mo fence="true">|</mo>{x.math}<mo fence="true">|</mo></mrow>', f"|{x.text}|")
         case "exp", [x]:
-            return _Shown(f"<msup><mi>e</mi><mrow>{x.math}</mrow></msup>", f"e^({x.text})", _POWER)
+            return Markup(f"<msup><mi>e</mi><mrow>{x.math}</mrow></msup>", f"e^({x.text})", _POWER)
     symbol = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}.get(name, name)
     head = f"<mi>{symbol}</mi>" if name in _FUNCTIONS else symbol_math(name)
     text = symbol if name in _FUNCTIONS else symbol_text(name)
     between = "<mo>,</mo>".join(parts)
-    return _Shown(f"{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{between}<mo>)</mo></mrow>", f"{text}({', '.join(texts)})")
+    return Markup(f"{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{between}<mo>)</mo></mrow>", f"{text}({', '.join(texts)})")

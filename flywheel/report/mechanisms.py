@@ -66,7 +66,7 @@ def _mechanism(at: Steps) -> Section:
     if at.scene.mechanisms:
         parts += _pictures(at)
     for group in at.groups:
-        parts += list(_given(at, group))
+        parts += list(_scene_data(at, group))
     if len(at.scene.shafts) > 1:
         parts.append(_shafts(at.scene))
     if at.scene.parameters or at.scene.unknown not in (None, "drive"):
@@ -110,7 +110,7 @@ def _prime(at: Steps) -> str:
     )
 
 
-def _given(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
+def _scene_data(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
     """The data of a mechanism as the scene gives them, with the symbols that they have in the formulas."""
     mechanism = group[0]
     made = at.sheets[mechanism.name]
@@ -235,7 +235,7 @@ def _ratios(at: Steps) -> Iterator[tuple[Cell, ...]]:
 def _kinematics(at: Steps) -> Iterator[Section]:
     for group in at.groups:
         made = at.sheets[group[0].name]
-        parts: list[Part] = list(made.shown())
+        parts: list[Part] = list(made.parts())
         table = list(_by_graph(at, group[0]))
         parts += table
         parts += list(_over_cycle(at, group))

@@ -22,7 +22,8 @@ from flywheel.mechanisms.families import ONE, Arm, Family, body
 from flywheel.mechanisms.linkage import Cyclic, followed
 from flywheel.mechanisms.linkages.equations import Form, Relation
 from flywheel.numerics.cells import Array
-from flywheel.numerics.expressions import Expression, shown
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.expressions import unit_text as si_text
 from flywheel.numerics.units import Unit
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Formula, Part, Section, Step, Table
@@ -91,14 +92,14 @@ class Sheet:
         self.sections[-1][1].append(Step(what, f"{of} = {formula}", numbers, self.values[of], note=note))
         return value
 
-    def given(self, *names: tuple[str, str]) -> None:
+    def dimensions(self, *names: tuple[str, str]) -> None:
         """Lengths and angles of the mechanism by their keys."""
         for symbol, key in names:
             unit = "°" if key.endswith(("angle", "direction")) else "m"
             self.keys[symbol] = key
             self.give(symbol, self.mechanism.geometry.get(key, 0.0), unit)
 
-    def shown(self) -> tuple[Section, ...]:
+    def parts(self) -> tuple[Section, ...]:
         """The parts of the steps under their titles, with their tables before the steps."""
         all_parts = []
         for title, steps in self.sections:
@@ -208,7 +209,7 @@ _TERM_ROUNDING = 1e-12  # of the largest number in a formula: a result below it 
 
 def unit_text(unit: Unit | None) -> str:
     """A parameter's unit in SI, as it is shown; empty if it has none."""
-    return "" if unit is None else (shown(unit) or "").replace("^2", "²").replace("^3", "³")
+    return "" if unit is None else (si_text(unit) or "").replace("^2", "²").replace("^3", "³")
 
 
 def slides(mechanism: Mechanism) -> bool:
@@ -234,7 +235,7 @@ def sheet(machine: Machine, mechanism: Mechanism, phi: float) -> Sheet:
         text = " + ".join([*(["i*phi"] if rate != 1.0 else ["phi"]), *(["psi_0"] if mechanism.phase else [])])
         made.find("psi", text, "°", _("Its crank turns with its shaft, ahead by its phase"))
     kind = KINDS[mechanism.type]
-    made.given(*((symbol, key) for key, symbol in kind.symbols.items()))
+    made.dimensions(*((symbol, key) for key, symbol in kind.symbols.items()))
     if kind.derivation is not None:
         kind.derivation(made)
     elif mechanism.linkage is not None:
@@ -323,7 +324,7 @@ class _Arms:
     def __init__(self, made: Sheet, symbols: Sequence[str]) -> None:
         self.made, self.symbols = made, symbols
         self.rows: list[tuple[Cell, ...]] = []
-        self._known: dict[tuple[float, float], tuple[str, str]] = {}
+        self._differences: dict[tuple[float, float], tuple[str, str]] = {}
 
     def swing(self, coefficient: complex, weights: Array, slide: str, unit: float) -> Swing:
         """One term: a coefficient (scaled by `unit` if it is a length) at a sum of angles."""
@@ -346,8 +347,8 @@ class _Arms:
 
     def _symbols(self, length: float, angle: float, slides: bool) -> tuple[str, str]:
         key = round(length, 12), round(angle, 12)
-        if key not in self._known:
-            n = len(self._known) + 1
+        if key not in self._differences:
+            n = len(self._differences) + 1
             symbol, fixed = f"l_{n}", f"gamma_{n}" if angle else ""
             self.made.give(symbol, length, ONE if slides else "m")
             row: tuple[Cell, ...] = (Formula(symbol), self.made.values[symbol], "")
@@ -355,8 +356,8 @@ class _Arms:
                 self.made.give(fixed, angle, "°")
                 row = (*row[:2], self.made.values[fixed])
             self.rows.append(row)
-            self._known[key] = symbol, fixed
-        return self._known[key]
+            self._differences[key] = symbol, fixed
+        return self._differences[key]
 
 
 def _rate_of(symbol: str) -> str:
@@ -567,7 +568,7 @@ def _law(made: Sheet) -> None:
             made.values[symbol + end] = Quantity(symbol + end, value, unit)
             how = _("By the periodic cubic spline through its table, at {angle}.", angle=symbol_text(angle))
             if isinstance(output.law, Expression):
-                how = _("By its expression, differentiated rule by rule: {text}", text=output.law.shown)
+                how = _("By its expression, differentiated rule by rule: {text}", text=output.law.excerpt)
             what = (_("Place of {port}"), _("{what}: influence coefficient g"), _("{what}: its derivative g′"))
             title = what[names.index(end)].format(port=output.name, what=output.name)
             made.sections[-1][1].append(Step(title, result=made.values[symbol + end], how=how))

@@ -33,7 +33,7 @@ ROUNDING = 1e-10
 # -- what is asked ----------------------------------------------------------------------------------------------------
 
 
-def asked(context: Context) -> Section:
+def requirements(context: Context) -> Section:
     """The speed, the cycle and the irregularity as symbols, with their direct consequences."""
     scene, sizing = context.scene, context.sizing
     rows: list[tuple[Cell, ...]] = []
@@ -368,7 +368,7 @@ def _adds_up(sizing: Sizing, digits: int) -> bool:
     """Tests whether the areas, shown with these digits, add up to the sums as shown."""
     total, scale = 0.0, max(abs(area.work) for area in sizing.areas)
     for area in sizing.areas[:-1]:
-        total += Quantity("", area.work, "J", digits).shown
+        total += Quantity("", area.work, "J", digits).value_written
         if abs(area.accumulated) <= 1e-12 * scale:  # rounding: shown as 0
             continue
         if Quantity("", total).written != Quantity("", area.accumulated).written:

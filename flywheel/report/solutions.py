@@ -88,7 +88,7 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
             faults.append(Fault(here, f"{error.args[0] if error.args else error}", "what, figure, printed as texts"))
     if faults:
         raise SceneError(faults)
-    return Solution(tuple(rows), _told(table.get("source", "")), tuple(map(_told, table.get("remarks", ()))))
+    return Solution(tuple(rows), _translation(table.get("source", "")), tuple(map(_translation, table.get("remarks", ()))))
 
 
 def _row(entry: Mapping[str, Any]) -> Row:
@@ -99,17 +99,17 @@ def _row(entry: Mapping[str, Any]) -> Row:
     Decimal(entry["printed"])
     at = entry.get("at")
     return Row(
-        what=_told(entry["what"]),
+        what=_translation(entry["what"]),
         figure=entry["figure"],
         printed=entry["printed"],
         unit=str(entry.get("unit", "")),
         at=None if at is None else parse_quantity(at, "angle"),
         factor=float(entry.get("factor", 1.0)),
-        misprint=_told(entry.get("misprint", "")),
+        misprint=_translation(entry.get("misprint", "")),
     )
 
 
-def _told(value: Any) -> str:
+def _translation(value: Any) -> str:
     """A text, or the one in the language in use from a table."""
     if isinstance(value, Mapping):
         return str(value.get(language.current(), value["en"]))

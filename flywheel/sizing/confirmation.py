@@ -40,7 +40,7 @@ _HOPELESS = 0.5  # relative error above which a figure is meaningless
 _MOST_EVALUATIONS = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
 _LEAST = 40  # of a piece
 _MOST_WORK = periodic_motion.MOST_WORK
-_NONE_FOUND = "not confirmed by collocation: on separate cells the iteration does not converge"
+_NO_SOLUTION = "not confirmed by collocation: on separate cells the iteration does not converge"
 _NO_MOTION = "no steady motion with the approximate flywheel has the required mean of extremes"
 _LOST = "the irregularity with the approximate flywheel is lost in rounding"
 
@@ -80,7 +80,7 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     try:
         cycle = _cycle_in_time(machine, regime.cycle, regime.speed, run, regime.rtol)
     except SceneError as refused:  # the figures stand without it
-        raise UnconfirmedError(f"not confirmed in time: stepping finds {refused.faults[0].found}") from None
+        raise UnconfirmedError(f"not confirmed in time: stepping finds {refused.faults[0].defect}") from None
     except SlidingError:
         slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
@@ -108,10 +108,10 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         long = "not confirmed by collocation: on separate cells the iteration takes too long"
         raise UnconfirmedError(long) from None
     except NoMotionError:
-        raise UnconfirmedError(_NONE_FOUND) from None
+        raise UnconfirmedError(_NO_SOLUTION) from None
     error, of_period = _disagreement(cycle, regime, run)
     if not error <= _HOPELESS:
-        raise UnconfirmedError(_NONE_FOUND)
+        raise UnconfirmedError(_NO_SOLUTION)
     route = partial(_approximate_by_collocation, regime, thirds)
     return _with_approximate(regime, cycle, error, of_period, route, approximate, "collocation")
 

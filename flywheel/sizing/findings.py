@@ -107,7 +107,7 @@ def _friction(sizing: Sizing) -> dict[str, Any] | None:
     return None if friction is None else {**friction._asdict(), "constant_speed": friction.constant_speed._asdict()}
 
 
-def _irregularity_given(sizing: Sizing) -> float | None:
+def _irregularity_of_analysis(sizing: Sizing) -> float | None:
     motion = sizing.simulation
     return None if sizing.scene.inertia is None or motion is None else motion.irregularity
 
@@ -196,7 +196,7 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("flywheel.binding", "", "the limit that determines `exact`; null if none does", "binding"),
     Finding("simulation", "", "the confirmation; see below", _block_of("simulation"),
             column=Column("irregularity of the speed, with the flywheel that is given", "irregularity", "simulation",
-                          _irregularity_given, "simulation.irregularity")),
+                          _irregularity_of_analysis, "simulation.irregularity")),
     Finding("simulation.irregularity", "", "of the motion with the exact or given flywheel"),
     Finding("simulation.irregularity_approximate", "", "with the approximate flywheel at the same mean of extremes"),
     Finding("simulation.speed_max", "rad/s", "extremes"),

@@ -69,7 +69,7 @@ class Smallest(NamedTuple):
 # -- the figures along a motion ------------------------------------------------------------------------------------------
 
 
-def asked_of(scene: Scene) -> Mapping[str, float]:
+def requirements_of(scene: Scene) -> Mapping[str, float]:
     """Requirements of the flywheel of a scene: its limits, or its irregularity."""
     return scene.limits or ({} if scene.irregularity is None else {IRREGULARITY: scene.irregularity})
 
@@ -77,7 +77,7 @@ def asked_of(scene: Scene) -> Mapping[str, float]:
 def shares_along(machine: Machine, motion: OwnMotion, rtol: float) -> dict[str, Share]:
     """The figures of all limits of a machine's scene along a motion."""
     shaft = MotorShaft(machine.scene, motion.cycle, motion.run, motion.speed, rtol)
-    return shares(asked_of(machine.scene), shaft)
+    return shares(requirements_of(machine.scene), shaft)
 
 
 def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
@@ -99,7 +99,7 @@ def kept_alone(regime: Regime, omega: Array) -> dict[str, Limit] | None:
 def _limit(limit: float, share: Share, kept: Span, square: float = 1.0) -> Limit:
     """A limit with the figure that is reached; `square` is that of the speed of the flywheel's shaft over the crank's."""
     return Limit(
-        asked=limit,
+        requirement=limit,
         reached=share.value,
         alone=kept.first / square,
         reached_error=share.error / max(share.value, 1e-300),
@@ -187,17 +187,17 @@ class Search:
     ) -> None:
         self.limits, self.rtol = limits, rtol
         self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
-        self.known: dict[float, FlywheelPoint] = {}  # at the required error
+        self.points: dict[float, FlywheelPoint] = {}  # at the required error
         self.extremes: list[FlywheelPoint] = []
         self.grid: list[FlywheelPoint] = []
         self.ultimate: dict[str, Share] = {}
 
     def closely(self, inertia: float) -> Steps[FlywheelPoint]:
         """The figures with a flywheel at the required error, or at the least error possible."""
-        if inertia not in self.known:
+        if inertia not in self.points:
             point = yield inertia, 0.5 * self.rtol
-            self.known[inertia] = point if point.motions else (yield inertia, _COARSE)
-        return self.known[inertia]
+            self.points[inertia] = point if point.motions else (yield inertia, _COARSE)
+        return self.points[inertia]
 
     def _scaled(self, inertia: float) -> float:
         return float(np.log(inertia + self.lightest))
@@ -330,11 +330,11 @@ class Search:
         bisection where that leaves the bracket, or gains little.
         """
         low, high, rising = yield from self._bracket(name, limit, before, after)
-        for inertia, point in self.known.items():
+        for inertia, point in self.points.items():
             if low < self._scaled(inertia) < high and point.motions and point.beyond(name, limit) == 0.0:
                 return inertia, (yield from self._error(name, limit, point))
         points = {point.inertia: point for point in (*self.grid, before, after)}
-        points |= {inertia: point for inertia, point in self.known.items() if point.motions}
+        points |= {inertia: point for inertia, point in self.points.items() if point.motions}
         values = {
             self._scaled(inertia): point.shares[name].value - limit
             for inertia, point in points.items()
@@ -402,7 +402,7 @@ class Search:
         value = here.shares[name].value
         apart = {
             abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
-            for point in self.known.values()
+            for point in self.points.values()
             if point.motions and point.inertia > 0.0
         }
         near = min((distance for distance in apart if distance > _APART), default=np.inf)
@@ -499,7 +499,7 @@ def along_branch(
             return FlywheelPoint(inertia, finding.existence)
         return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
 
-    irregularity = asked_of(machine.scene).get(IRREGULARITY, 2.0)
+    irregularity = requirements_of(machine.scene).get(IRREGULARITY, 2.0)
     return at, extent(figures.fluctuation, figures.reduced_inertia.max, figures.speed, irregularity)
 
 
@@ -576,10 +576,10 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by
     """
     scene = machine.scene
     at, ends = along_branch(machine, figures, unknown)
-    search = Search(asked_of(scene), *ends, rtol, swings=circuit_of(scene) is not None)
+    search = Search(requirements_of(scene), *ends, rtol, swings=circuit_of(scene) is not None)
     if by_irregularity is not None and by_irregularity.inertia > 0.0:
         own, shares = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
-        search.known[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), shares)
+        search.points[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), shares)
     return answered(_smallest(scene, search, by_irregularity), at)
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from flywheel.components.motors.motor import Law
 
 
-Found = TypeVar("Found")
+AnyFigures = TypeVar("AnyFigures")
 SPEED_STEP = 1e-6
 """Share by which a speed is changed to see what depends on it."""
 
@@ -139,7 +139,7 @@ class MotorShaft:
 
         return self.refined(evaluated, 0.1 * self.rtol)
 
-    def refined(self, evaluated: Callable[[Cells], tuple[Found, Any, Coarse]], rtol: float) -> Found:
+    def refined(self, evaluated: Callable[[Cells], tuple[AnyFigures, Any, Coarse]], rtol: float) -> AnyFigures:
         """The outcome of `evaluated`, beside its error and the cells that are too coarse, on a mesh that is fine enough."""
         first = self.cycle.mesh.edges
         return cells.refined(first, lambda edges: evaluated(cells.cells(edges)), rtol, max(_MOST_CELLS, 2 * first.size))

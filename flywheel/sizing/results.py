@@ -95,12 +95,12 @@ class Confirmation(NamedTuple):
 class Limit(NamedTuple):
     """A limit of `[flywheel.limits]`, and its result; shares of the motor's rated figures, except for irregularity.
 
-    `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) the flywheel for it alone. `simulated` is
-    the value of the confirmation in time, None without one. The errors are those of `reached`, relative to it, and of
+    `requirement`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) the flywheel for it alone. `simulated`
+    is the value of the confirmation in time, None without one. The errors are those of `reached`, relative to it, and of
     `alone`, relative to it too, or if that is 0, to the inertia that decides it.
     """
 
-    asked: float
+    requirement: float
     reached: float
     alone: float
     simulated: float | None = None
@@ -109,7 +109,8 @@ class Limit(NamedTuple):
 
     def as_dict(self) -> dict[str, float | None]:
         """The figures for JSON; the errors are among those of the other figures."""
-        return {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
+        figures = {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
+        return {"asked": figures.pop("requirement"), **figures}
 
 
 class Stability(NamedTuple):

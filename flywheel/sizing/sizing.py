@@ -291,7 +291,7 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
         assert friction is not None
         last = [*last[1 - _MIXED :], _Round(regime, along, _motion_of(regime, angles).omega ** 2)]
         weights = _mixture(last)
-        along = np.asarray(sum(weight * one.found for weight, one in zip(weights, last, strict=True)))
+        along = np.asarray(sum(weight * one.own for weight, one in zip(weights, last, strict=True)))
         balance = sum(weight * (one.regime.cycle.balance or 0.0) for weight, one in zip(weights, last, strict=True))
         meshes = [one.regime.cycle.mesh for one in last]
         edges = sorted({at for mesh in meshes for at in (mesh.middle + mesh.half)[:-1, 0].tolist()})
@@ -309,11 +309,11 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
 
 
 class _Round(NamedTuple):
-    """A motion with the friction of another: squares of their speeds at some angles, `found` and `taken`, rad²/s²."""
+    """A motion with the friction of another: squares of their speeds at some angles, `own` and `taken`, rad²/s²."""
 
     regime: Regime
     taken: Array
-    found: Array
+    own: Array
 
 
 def _mixture(last: Sequence[_Round]) -> list[float]:
@@ -325,11 +325,11 @@ def _mixture(last: Sequence[_Round]) -> list[float]:
     """
     if len(last) == 1:
         return [1.0]
-    changes = np.array([one.found - one.taken for one in last])
+    changes = np.array([one.own - one.taken for one in last])
     shares = np.linalg.lstsq((changes[:-1] - changes[-1]).T, -changes[-1], rcond=_DEPENDENT)[0]
     weights = [*shares.tolist(), 1.0 - float(shares.sum())]
-    mixed = sum(weight * one.found for weight, one in zip(weights, last, strict=True))
-    if np.min(mixed) >= _SLOWER * min(float(one.found.min()) for one in last):
+    mixed = sum(weight * one.own for weight, one in zip(weights, last, strict=True))
+    if np.min(mixed) >= _SLOWER * min(float(one.own.min()) for one in last):
         return weights
     return [*[0.0] * (len(last) - 2), 0.5, 0.5]
 

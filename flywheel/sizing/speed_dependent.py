@@ -371,7 +371,7 @@ def _fault(machine: Machine, speed: float, size: float | None, guess: float, unk
     none = f"no periodic motion near {speed:.6g} rad/s{wheel}"
     if ending.fault is not None:
         what = "it" if ending.fault.path == "simulation" else ending.fault.path
-        defect = f"{none}: followed in time, {what} comes to {ending.fault.found}"
+        defect = f"{none}: followed in time, {what} comes to {ending.fault.defect}"
         return Fault(path, defect, expected, ending.fault.advice)
     if isinstance(error, BudgetError):
         return _too_much(error.faults[0], machine, speed, size or 0.0, unknown)
@@ -387,17 +387,17 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     total = inertia + moments.inertia
     if float(total.min()) <= _NO_INERTIA * float(total.max()):
         where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
-        defect = f"{fault.found}: there is almost no inertia near {where}, where the speed follows the torques at once"
-        return fault._replace(found=defect, advice="add inertia to the crank")
+        defect = f"{fault.defect}: there is almost no inertia near {where}, where the speed follows the torques at once"
+        return fault._replace(defect=defect, advice="add inertia to the crank")
     if moments.circuit is None:
         slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
         fading = float(cells.integral(np.maximum(-slope, 0.0) / (total * speed), moments.mesh.half).sum())
         if fading > _STEEP:
             steep = f"torques fall so steeply with speed that a change in speed decays by exp(-{fading:.2g}) in a cycle"
-            return fault._replace(found=f"{fault.found}: {steep}", advice="add inertia, or make them less steep")
+            return fault._replace(defect=f"{fault.defect}: {steep}", advice="add inertia, or make them less steep")
     pieces = machine.mesh.size - 1
     if pieces > _MANY:
-        return fault._replace(found=f"{fault.found}: torques jump or bend, or vary fast, in {pieces} cells of a cycle")
+        return fault._replace(defect=f"{fault.defect}: torques jump or bend, or vary fast, in {pieces} cells of a cycle")
     return fault
 
 

@@ -96,7 +96,7 @@ class Question(NamedTuple):
         return self.machine.scene.flywheel_ratio**2
 
     @property
-    def given(self) -> float:
+    def flywheel(self) -> float:
         """The given flywheel on the crank (kg m²), 0 if one is to be sized."""
         return (self.machine.scene.inertia or 0.0) * self.crank
 
@@ -325,7 +325,7 @@ def _extended(question: Question, closed: float, promised: float) -> Reference:
             doubt = 0.0
         value = max(value, 0.0)
     else:
-        value, doubt = irregularity(question.machine, question.given)
+        value, doubt = irregularity(question.machine, question.flywheel)
     if not np.isfinite([value, doubt]).all():
         alone = "by its own estimate alone: the other route has no finite value"
         return Reference(closed, promised, "the closed form on Chebyshev cells", alone)
@@ -413,7 +413,7 @@ def by_grid(question: Question, count: int) -> float:
     samples = sampled(question.machine, count)
     if question.sized:
         return max(_flywheel(samples, question.machine.scene.irregularity or 0.0), 0.0) / question.crank
-    omega = _speeds(samples, question.given)
+    omega = _speeds(samples, question.flywheel)
     return _irregularity(omega.max(), omega.min())
 
 
@@ -498,7 +498,7 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     circuit, balanced = circuit_of(scene), scene.unknown is not None
     samples = sampled(machine, _GUESS)
     own = float(samples.inertia.mean())
-    inertia = max(_flywheel(samples, scene.irregularity or 0.0), 1e-3 * own) if question.sized else question.given
+    inertia = max(_flywheel(samples, scene.irregularity or 0.0), 1e-3 * own) if question.sized else question.flywheel
     omega = _speeds(samples, inertia)
     eps = (scene.irregularity or 0.0) if question.sized else max(_irregularity(omega.max(), omega.min()), 1e-12)
     own_states: tuple[float, ...] = ()

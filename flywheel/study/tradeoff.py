@@ -304,7 +304,7 @@ def _proven(question: Question) -> float:
 
 def _collocated(question: Question, rtol: float) -> float:
     """The periodic motion by Newton's method, as if its torques depended on speed."""
-    scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
+    scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.flywheel
     demand = Demand(None if question.sized else start, scene.irregularity, speed)
     question.machine.kept.pop("moments", None)
     motion = periodic_motion.own_motion(question.machine, speed, demand, start, 0.0, rtol)

@@ -13,7 +13,7 @@ from textwrap import wrap
 import numpy as np
 
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
-from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, shown
+from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, selection
 from flywheel.designs.optimum import KeptLimit, Optimum
 from flywheel.designs.sweep_results import Sweep, blocks, objective
 from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
@@ -231,9 +231,9 @@ def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) 
         ),
     ]
     blocks, reasons, worst = [], dict[str, list[str]](), 0.0
-    for name in shown(sensitivities.derivatives, names):
+    for name in selection(sensitivities.derivatives, names):
         rows, none = [], []
-        order = sorted(sensitivities.numbers, key=lambda path, name=name: -abs(_known(change(sensitivities, name, path))))  # type: ignore[misc]
+        order = sorted(sensitivities.numbers, key=lambda path, name=name: -abs(_or_zero(change(sensitivities, name, path))))  # type: ignore[misc]
         for path in order:
             derivative, unit = (
                 sensitivities.derivative(name, path),
@@ -258,7 +258,7 @@ def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) 
     return paragraphs((head, *blocks, [line for sentence in said for line in _wrapped(sentence)]))
 
 
-def _known(value: float) -> float:
+def _or_zero(value: float) -> float:
     return float("inf") if isnan(value) else value
 
 
@@ -272,7 +272,7 @@ def _slope(derivative: Derivative) -> str:
     return f"{left} | {right}"
 
 
-def _told(value: float, unit: str, most: int = _DIGITS) -> str:
+def _number_text(value: float, unit: str, most: int = _DIGITS) -> str:
     """A number with a number of digits; an angle in degrees, see `_unit`."""
     return figure(degrees(value) if unit == "rad" else value, most=most)
 
@@ -286,17 +286,19 @@ def _unit(unit: str) -> str:
 
 def tolerance_text(tolerance: Tolerance, names: Sequence[str] = ()) -> str:
     """Table of varied numbers, spread of figures, and shares of the variance."""
-    kept, count = shown(tolerance.spreads, names), tolerance.samples.shape[1]
+    kept, count = selection(tolerance.spreads, names), tolerance.samples.shape[1]
     what = "intervals" if tolerance.intervals else "standard deviations"
     head = [*_title(tolerance.scene.title), *_wrapped(f"Tolerance: {what} of {_numbers(len(tolerance.numbers))}")]
     rows = []
     for path, value in tolerance.numbers.items():
         unit = tolerance.units[path]
         if tolerance.intervals:
-            low, high = (_told(end, unit) for end in tolerance.intervals[path])
+            low, high = (_number_text(end, unit) for end in tolerance.intervals[path])
             rows.append((path, f"{low} to {high}", _unit(unit)))
         else:
-            rows.append((path, f"{_told(value, unit)} ± {_told(tolerance.deviations[path], unit, 4)}", _unit(unit)))
+            rows.append(
+                (path, f"{_number_text(value, unit)} ± {_number_text(tolerance.deviations[path], unit, 4)}", _unit(unit))
+            )
     blocks = [[*head, *_cut(columns(rows))]]
     if tolerance.intervals:
         blocks.append(["Least and greatest values within the intervals", *_extremes(tolerance, kept)])
@@ -357,7 +359,10 @@ def _limits_kept(tolerance: Tolerance) -> list[str]:
             continue
         low, high, share, error = spread.kept
         unit = tolerance.figure_units[name]
-        ends = (f"{_told(low, unit)} <= " if low is not None else "", f" <= {_told(high, unit)}" if high is not None else "")
+        ends = (
+            f"{_number_text(low, unit)} <= " if low is not None else "",
+            f" <= {_number_text(high, unit)}" if high is not None else "",
+        )
         rows.append((f"{ends[0]}{name}{ends[1]} {_unit(unit)}".rstrip(), *_share(share, error)))
     if len(rows) > 1 and tolerance.kept is not None:
         rows.append(("all together", *_share(*tolerance.kept)))
@@ -405,15 +410,15 @@ def optimum_text(optimum: Optimum) -> str:
     rows = [
         (
             path,
-            _told(value, optimum.units[path], 8),
+            _number_text(value, optimum.units[path], 8),
             _unit(optimum.units[path]),
-            f"{_told(low, optimum.units[path])} to {_told(high, optimum.units[path])}",
+            f"{_number_text(low, optimum.units[path])} to {_number_text(high, optimum.units[path])}",
             f"at the {'lower' if optimum.at_bounds[path] == 'low' else 'upper'}" if path in optimum.at_bounds else "",
         )
         for (path, value), (low, high) in zip(optimum.numbers.items(), optimum.bounds.values(), strict=True)
     ]
     limits = [(limit.name, *_limit(limit), "binds" if limit.binds else "kept") for limit in optimum.limits]
-    names = shown(optimum.figures, (*MAIN, "energy_fluctuation", "wheel.stress", "wheel.safety"))
+    names = selection(optimum.figures, (*MAIN, "energy_fluctuation", "wheel.stress", "wheel.safety"))
     figures = [
         (
             FIGURES[name].about.partition(",")[0],

@@ -514,7 +514,7 @@ def _peaks(transient: Transient) -> list[tuple[str, str]]:
     peaks, torque = transient.peaks, "N" if transient.scene.sliding else "N m"
     rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)}{_when(peaks.speed)}")]
     force = "force" if torque == "N" else "torque"
-    off = transient.given_errors["balance"] or 0.0 if transient.scene.unknown == "drive" else 0.0
+    off = transient.setting_errors["balance"] or 0.0 if transient.scene.unknown == "drive" else 0.0
     others = (
         (f"greatest {force} of the drive", peaks.torque, torque, off),
         ("greatest power of the drive", peaks.power, "W", off * peaks.speed.value),

@@ -476,13 +476,13 @@ def _rpm(speed: float) -> str:
 
 def _torque(torque: float, units: TradeUnits | None) -> str:
     """A torque to five digits in customary units, or to all digits of this table in N m."""
-    return f"{number(_number(torque))} N m" if units is None else str(units.shown(torque, "torque"))
+    return f"{number(_number(torque))} N m" if units is None else str(units.written(torque, "torque"))
 
 
 # -- where the power goes ----------------------------------------------------------------------------------------------
 
 
-_MOST_TOLD, _LONGEST = 3, 90  # losses in a sentence, and their letters
+_MOST_LOSSES, _LONGEST = 3, 90  # losses in a sentence, and their letters
 _TINY = 5e-5  # of the input: a loss that no sentence names
 
 
@@ -571,7 +571,7 @@ def _name(stream: Stream, flow: PowerFlow) -> str:
     return words.get(stream.kind, stream.kind)
 
 
-def given(flow: PowerFlow, entries_in: Sequence[Entry]) -> float:
+def input_power(flow: PowerFlow, entries_in: Sequence[Entry]) -> float:
     """Power from outside and from stores (W): the whole to which shares refer."""
     return sum(abs(entry.power) for entry in entries_in if gives(flow, entry))
 
@@ -605,7 +605,7 @@ def balance(flow: PowerFlow, at: float | None = None) -> list[str]:
     """The balance of mean powers, stream by stream: input, losses, output; then stored power."""
     now = None if at is None else {entry.stream.name + entry.stream.kind: entry.power for entry in entries(flow, at)}
     mean = entries(flow)
-    whole = given(flow, mean)
+    whole = input_power(flow, mean)
     header = [_("power, W"), _("mean"), _("share, %"), _("least"), _("greatest")]
     if at is not None:
         header.append(_("at {angle}°", angle=number(figure(at * DEGREES, most=_DIGITS))))
@@ -677,7 +677,7 @@ def sentence(flow: PowerFlow, units: TradeUnits = SI, *, losses: bool = True) ->
     lost = [entry for entry in lost if entry.power > _TINY * flow.input]
     parts = [f"{entry.label} {units.read(entry.power, 'power', 3)}" for entry in lost]
     kept = len(parts)
-    while kept > 1 and (kept > _MOST_TOLD or len(", ".join(parts[:kept])) > _LONGEST):
+    while kept > 1 and (kept > _MOST_LOSSES or len(", ".join(parts[:kept])) > _LONGEST):
         kept -= 1
     if kept < len(parts):
         rest = units.read(sum(entry.power for entry in lost[kept:]), "power", 3)

@@ -39,7 +39,7 @@ class Scale(NamedTuple):
     least: float = 0.0
 
 
-class Shown(NamedTuple):
+class Written(NamedTuple):
     """A quantity as text: the number and its unit, each in the language in use."""
 
     value: str
@@ -56,16 +56,16 @@ class TradeUnits(NamedTuple):
     digits: int  # of a quantity of a scene, which is mostly typed in metric units
     scales: Mapping[str, tuple[Scale, ...]]
 
-    def shown(self, value: float, kind: str, error: float = 0.0) -> Shown:
+    def written(self, value: float, kind: str, error: float = 0.0) -> Written:
         """A result (SI) to five digits, or to those that its error (SI) leaves.
 
-        >>> str(US.shown(344.844812, "inertia")), str(SI.shown(2413.61, "power")), str(SI.shown(1234.5678, "energy", 20.0))
-        ('8183.3 lb ft²', '2.4136 kW', '1230 ± 20 J')
+        >>> str(US.written(344.844812, "inertia")), str(SI.written(1234.5678, "energy", 20.0))
+        ('8183.3 lb ft²', '1230 ± 20 J')
         """
         scale = self._scale(value, kind)
-        return Shown(five_digits(value / scale.size, error / scale.size), scale.name)
+        return Written(five_digits(value / scale.size, error / scale.size), scale.name)
 
-    def read(self, value: float, kind: str, most: int = 6) -> Shown:
+    def read(self, value: float, kind: str, most: int = 6) -> Written:
         """A quantity (SI) of a scene, without padding zeros.
 
         >>> str(SI.read(0.08, "length")), str(US.read(0.08, "length"))
@@ -74,7 +74,7 @@ class TradeUnits(NamedTuple):
         scale = self._scale(value, kind)
         converted = value / scale.size
         most = min(most, self.digits)
-        return Shown(
+        return Written(
             number(f"{converted:.0f}" if 10.0**most <= abs(converted) < _LONGEST else figure(converted, most=most)),
             scale.name,
         )

@@ -40,14 +40,14 @@ class SceneLine(NamedTuple):
     kind: str
     label: str
     head: str
-    told: str
+    text: str
     phase: str = ""
 
     @property
     def row(self) -> str:
         """Text after the label."""
         at = ", " + _("phase {angle}", angle=self.phase) if self.phase else ""
-        return f"{self.head}{at}: {self.told}" if self.head else self.told
+        return f"{self.head}{at}: {self.text}" if self.head else self.text
 
 
 def scene_rows(scene: Scene) -> list[str]:
@@ -242,7 +242,7 @@ def _law(law: Law | None, turns: bool, units: TradeUnits) -> str:
     if law is None:
         return _("balance, a constant torque") if turns else _("balance, a constant force")
     if isinstance(law, Expression):
-        return f"{law.shown} {'N m' if turns else 'N'}"
+        return f"{law.excerpt} {'N m' if turns else 'N'}"
     if isinstance(law, Table):
         least, greatest = (units.read(float(value), kind) for value in (law.value.min(), law.value.max()))
         return _("{n} rows, {least} to {greatest}", n=law.angle.size, least=least, greatest=greatest)

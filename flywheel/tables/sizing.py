@@ -190,8 +190,8 @@ def limits(sizing: Sizing) -> list[str]:
     rows = []
     for name, limit in sizing.limits.items():
         error = 100 * limit.reached_error * limit.reached
-        used = figure(100 * limit.reached / limit.asked, error / limit.asked, 5)
-        shares = (figure(100 * limit.asked, most=6), figure(100 * limit.reached, error, _DIGITS), used)
+        used = figure(100 * limit.reached / limit.requirement, error / limit.requirement, 5)
+        shares = (figure(100 * limit.requirement, most=6), figure(100 * limit.reached, error, _DIGITS), used)
         alone = figure(limit.alone, limit.alone_error * limit.alone, _DIGITS) if limit.alone > 0.0 else "none"
         binds = "binds" if name == sizing.binding else ""
         rows.append((names[name], *(f"{share} %" for share in shares), alone, binds))

@@ -20,7 +20,7 @@ from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import KINDS, Finding
-from flywheel.tables.rows import SYSTEMS, Row, Shown, TradeUnits, few_digits, five_digits, paragraphs, printable
+from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, Written, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
 from flywheel.tables.sizing import limit_names
 from flywheel.tables.summary import Block, lines_of, machine_block
@@ -56,13 +56,13 @@ _OF_DRIVE = (
 _PERCENT = 100.0
 
 
-def shown(one: Finding, value: float, error: float, system: TradeUnits) -> Shown:
+def written(one: Finding, value: float, error: float, system: TradeUnits) -> Written:
     """A figure to five digits in the customary units: angles in degrees, rates a minute."""
     kind = {**KINDS, "rad": "angle", "m": "length"}.get(one.unit)
     if kind is not None:
-        return system.shown(value, kind, error)
+        return system.written(value, kind, error)
     factor, unit = (60.0, "1/min") if one.unit == "1/s" else (1.0, one.unit)
-    return Shown(five_digits(factor * value, factor * error), unit)
+    return Written(five_digits(factor * value, factor * error), unit)
 
 
 def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
@@ -73,7 +73,7 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         for key in keys:
             value = result.figures[key]
             if isinstance(value, float) and (result.phases.slips or not key.startswith("second_slip")):
-                yield Row(BY_KEY[key].name, *shown(BY_KEY[key], value, result.error.get(key, 0.0), system))
+                yield Row(BY_KEY[key].name, *written(BY_KEY[key], value, result.error.get(key, 0.0), system))
 
     trips = [message(each) for each in trip_messages(result.trips)]
     title = printable(result.scene.title or "").strip() or _("Machine that works stroke by stroke")
@@ -122,13 +122,13 @@ def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
 
 
 def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
-    inertia = system.shown(result.inertia, "inertia", result.error.get("inertia", 0.0))
-    origin = _("given") if result.given else _("sized")
+    inertia = system.written(result.inertia, "inertia", result.error.get("inertia", 0.0))
+    origin = _("given") if result.is_analysis else _("sized")
     names, rows = limit_names(), [Row(_("inertia"), *inertia, origin)]
     for name, limit in result.limits.items():
         reached = number(figure(_PERCENT * limit.reached, _PERCENT * limit.reached_error * limit.reached, 5))
-        lone = system.shown(limit.alone, "inertia", limit.alone_error * limit.alone)
-        limit_value = number(figure(_PERCENT * limit.asked, most=5))
+        lone = system.written(limit.alone, "inertia", limit.alone_error * limit.alone)
+        limit_value = number(figure(_PERCENT * limit.requirement, most=5))
         alone = _("of {asked} %; alone it needs {inertia}", asked=limit_value, inertia=lone)
         rows.append(Row(names[name], reached, "%", alone))
     decides = (_("{limit} decides.", limit=names[result.binding]),) if result.binding else ()
@@ -141,7 +141,7 @@ def _shares(result: SingleStroke, system: TradeUnits) -> Block:
     for name, share in result.shares.items():
         key, most = limits[name]
         reached, limit = (
-            shown(BY_KEY[key], each, 1e-4 * each, system) for each in (float(result.figures[key] or 0.0), most)
+            written(BY_KEY[key], each, 1e-4 * each, system) for each in (float(result.figures[key] or 0.0), most)
         )
         note, error = _("{value} of {limit}", value=reached, limit=limit), result.error["shares"][name]
         rows.append(Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * error), "%", note))
@@ -161,7 +161,7 @@ def _formulas(result: SingleStroke, system: TradeUnits) -> Block:
     for key, value in result.formulas.items():
         one, exact = BY_KEY[key], float(result.figures[key] or 0.0)
         off = f"{100.0 * (value / exact - 1.0):+.3g} %" if exact else ""
-        cells = shown(one, value, 0.0, system), shown(one, exact, result.error.get(key, 0.0), system)
+        cells = written(one, value, 0.0, system), written(one, exact, result.error.get(key, 0.0), system)
         table.append((one.name, *map(str, cells), number(off)))
     header = ("", _("by formula"), _("in the motion"), _("difference"))
     sentence = _("The formulas contain only the work of the loads: no heat of clutch and brake, no drive within the stroke.")

@@ -34,8 +34,8 @@ from flywheel.tables.rows import (
     SYSTEMS,
     US,
     Row,
-    Shown,
     TradeUnits,
+    Written,
     few_digits,
     five_digits,
     place,
@@ -114,12 +114,12 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
     for alike in _alike(part for part in parts(scene, units) if part.kind != "runs"):
         first = alike[0]
         if first.kind == "mechanism":
-            text = f"{first.head}{_at_phases(alike)}: {first.told}"
+            text = f"{first.head}{_at_phases(alike)}: {first.text}"
             names = ", ".join(part.label for part in alike)
             rows.append(Row(names, text) if len(alike) == 1 else Row(_("mechanisms"), f"{names}: {text}"))
         else:
             heads = ", ".join(part.head for part in alike if part.head)
-            rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
+            rows.append(Row(first.label, f"{heads}: {first.text}" if heads else first.text))
     if scene.gravity is not None and any(scene.gravity):
         x, y = scene.gravity
         size, angle = units.read(hypot(x, y), "acceleration"), number(figure(atan2(y, x) * DEGREES, most=6))
@@ -139,7 +139,7 @@ def _alike(lines: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
     for k, part in enumerate(lines):
         own = (str(k),) if part.kind in ("shaft", "areas", "inertia") else ()
         what = (part.head,) if part.kind == "mechanism" else ()
-        groups.setdefault((part.kind, part.told, *what, *own), []).append(part)
+        groups.setdefault((part.kind, part.text, *what, *own), []).append(part)
     yield from groups.values()
 
 
@@ -162,7 +162,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     """The exact flywheel and the approximate ones with their errors; or the irregularity with a given one."""
     scene, us = sizing.scene, units.name == "us"
     if scene.inertia is not None:
-        return _given(sizing, units)
+        return _analysis(sizing, units)
     eps, inertia_of = scene.irregularity or 0.0, lambda value, error: units.of(value, "inertia", error)
     of = {"shaft": _shaft(sizing), "eps": number(figure(eps, most=6)), "percent": number(figure(50 * eps, most=6))}
     inertia = units.unit("inertia")
@@ -193,14 +193,14 @@ def _limits(sizing: Sizing, units: TradeUnits) -> Block:
     for name, limit in sizing.limits.items():
         error = limit.reached_error * limit.reached
         if name == "irregularity":
-            limit_value, reached = number(figure(limit.asked, most=6)), five_digits(limit.reached, error)
+            limit_value, reached = number(figure(limit.requirement, most=6)), five_digits(limit.reached, error)
         else:
             limit_value, reached = (
-                f"{few_digits(100 * limit.asked, 4)} %",
+                f"{few_digits(100 * limit.requirement, 4)} %",
                 f"{five_digits(100 * limit.reached, 100 * error)} %",
             )
         table.append(
-            (names[name], limit_value, reached, str(units.shown(limit.alone, "inertia", limit.alone_error * limit.alone)))
+            (names[name], limit_value, reached, str(units.written(limit.alone, "inertia", limit.alone_error * limit.alone)))
         )
     header = (_("limit"), _("asked"), _("reached"), _("alone it needs"))
     note = _("None binds: the machine's own inertia keeps them.")
@@ -238,7 +238,7 @@ def _gives(one: Candidate) -> str:
     return five_digits(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
 
 
-def _given(sizing: Sizing, units: TradeUnits) -> Block:
+def _analysis(sizing: Sizing, units: TradeUnits) -> Block:
     """The figures of a flywheel that was given."""
     scene, motion = sizing.scene, sizing.simulation
     assert scene.inertia is not None
@@ -249,9 +249,9 @@ def _given(sizing: Sizing, units: TradeUnits) -> Block:
         deviation = "" if motion.irregularity <= max(error, NOTHING) else _deviation(motion.irregularity, error)
         rows.append(Row(_("irregularity"), gives, "", deviation))
     if units.name == "us":
-        rows.append(Row(_("inertia"), *units.shown(scene.inertia, "inertia")))
+        rows.append(Row(_("inertia"), *units.written(scene.inertia, "inertia")))
     else:
-        rows.append(Row("GD²", *units.shown(gd2(scene.inertia), "inertia")))
+        rows.append(Row("GD²", *units.written(gd2(scene.inertia), "inertia")))
     value = units.read(scene.inertia, "inertia", 5)
     return Block("flywheel", _("Given flywheel of {inertia} on {shaft}", inertia=value, shaft=_shaft(sizing)), tuple(rows))
 
@@ -313,12 +313,12 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
     if built is None:
         return Block("wheel")
     wheel = built.wheel
-    across, width = (units.shown(size, "length") for size in (2 * wheel.body.outer, wheel.body.width))
+    across, width = (units.written(size, "length") for size in (2 * wheel.body.outer, wheel.body.width))
     size = f"Ø {across} × {width}" if across.unit != width.unit else f"Ø {across.value} × {width}"
     if wheel.shape != "disc":
-        size += ", " + _("rim {size} thick", size=units.shown(wheel.body.thickness, "length"))
+        size += ", " + _("rim {size} thick", size=units.written(wheel.body.thickness, "length"))
     shape = {"disc": _("disc"), "rim": _("rim"), "arms": _("rim on arms")}[wheel.shape]
-    mass = units.shown(wheel.mass, "mass")
+    mass = units.written(wheel.mass, "mass")
     rows = [Row(_("wheel"), f"{shape}, {material_name(wheel.material.name)}, {size}, {mass}")]
     if wheel.stresses:
         allowable, words = wheel.material.allowable, [stress_place(wheel.place)]
@@ -328,13 +328,13 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
             words.append(_("allowable {allowable}", **limit) if fits else _("TOO HIGH, allowable {allowable}", **limit))
         if wheel.safety is not None:
             words.append(_("safety {n}", n=few_digits(wheel.safety, 2)))
-        rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), ", ".join(words)))
+        rows.append(Row(_("stress"), *units.written(wheel.greatest_stress, "stress"), ", ".join(words)))
     note = ""
     if built.irregularity is not None:
         eps = five_digits(built.irregularity, built.error * built.irregularity)
-        inertia = units.shown(wheel.inertia, "inertia")
+        inertia = units.written(wheel.inertia, "inertia")
         note = _("as built {inertia}, irregularity {eps}", inertia=inertia, eps=eps)
-    rows.append(Row(_("rim speed"), *units.shown(wheel.rim_speed, "velocity"), note))
+    rows.append(Row(_("rim speed"), *units.written(wheel.rim_speed, "velocity"), note))
     return Block("wheel", rows=tuple(rows))
 
 
@@ -379,7 +379,7 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
         over_time = _("at {speed} over time", speed=units.read(scene.cycle / energy.period, "speed", 5))
         note = ", ".join(filter(None, (_or_horses(energy.mean_power, units), over_time)))
         rows.append(_power(_("mean power"), energy.mean_power, note, units))
-        alone = _("without a flywheel {power}", power=units.shown(abs(energy.peak_power_alone), "power"))
+        alone = _("without a flywheel {power}", power=units.written(abs(energy.peak_power_alone), "power"))
         rows.append(_power(_("peak power"), energy.peak_power, alone, units))
     if engine is not None:
         of_extremes = _("at {speed}, mean of extremes", speed=units.read(sizing.speed, "speed", 5))
@@ -401,7 +401,9 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
 def _row(one: Finding, sizing: Sizing, units: TradeUnits, note: str = "") -> Row:
     """A figure as a line of the summary, in customary units."""
     value, error = float(one.of(sizing)), one.error(sizing)
-    written = units.shown(value, KINDS[one.unit], error) if one.unit in KINDS else Shown(five_digits(value, error), one.unit)
+    written = (
+        units.written(value, KINDS[one.unit], error) if one.unit in KINDS else Written(five_digits(value, error), one.unit)
+    )
     return Row(one.name, *written, note)
 
 
@@ -414,23 +416,23 @@ def _balance(sizing: Sizing, units: TradeUnits) -> Iterator[Row]:
         note = _("on {place} (the balance)", place=place(scene.drive.on, article=True))
         if balance.value < -error:
             note += ", " + _("it brakes")
-        yield Row(_("drive torque"), *units.shown(balance.value, "torque", error), note)
+        yield Row(_("drive torque"), *units.written(balance.value, "torque", error), note)
         return
     kind = {"N": "force", "N m": "torque"}.get(sizing.balance_unit or "")
     if kind is None:
         value = five_digits(balance.value, error)
         yield Row(balance.name, value, sizing.balance_unit or _("in the units of its expression"), _("(the balance)"))
     else:
-        yield Row(balance.name, *units.shown(balance.value, kind, error), _("(the balance)"))
+        yield Row(balance.name, *units.written(balance.value, kind, error), _("(the balance)"))
 
 
 def _or_horses(value: float, units: TradeUnits) -> str:
-    return "" if units.name == "us" else f"= {US.shown(abs(value), 'power')}"
+    return "" if units.name == "us" else f"= {US.written(abs(value), 'power')}"
 
 
 def _power(label: str, value: float, note: str, units: TradeUnits) -> Row:
     brakes = _("it brakes") if value < 0.0 else ""
-    return Row(label, *units.shown(value, "power"), ", ".join(filter(None, (note, brakes))))
+    return Row(label, *units.written(value, "power"), ", ".join(filter(None, (note, brakes))))
 
 
 def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> Iterator[Row]:
@@ -472,7 +474,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
     if (fed := sizing.inverter) is not None:
         most, least = (units.read(one, "power", 4) for one in (fed.power_greatest, fed.power_least))
         span = _("from {least} to {greatest}", least=least, greatest=most)
-        yield Row(_("power of the inverter"), *units.shown(fed.power, "power"), span)
+        yield Row(_("power of the inverter"), *units.written(fed.power, "power"), span)
     if energy.current_rms is not None and energy.current_peak is not None:
         limit, note = motor.rated_current, ""
         if limit is not None:
@@ -487,11 +489,11 @@ def _servo(load: ServoLoad, units: TradeUnits) -> Iterator[Row]:
     share = few_digits(100 * load.continuous_share, 3)
     at = f"{few_digits(load.mean_speed * RPM, 5)} rpm"
     note = _("at a mean of {speed}, {share} % of the continuous curve", speed=at, share=share)
-    yield Row(_("rms torque"), *units.shown(load.rms_torque, "torque"), note)
+    yield Row(_("rms torque"), *units.written(load.rms_torque, "torque"), note)
     share, at = few_digits(100 * load.peak_share, 3), f"{few_digits(load.peak_speed * RPM, 5)} rpm"
     note = _("at {speed}, {share} % of the peak curve", speed=at, share=share)
     note += ", " + _("ITS LIMIT") if load.at_peak else ""
-    yield Row(_("greatest torque"), *units.shown(load.peak_torque, "torque"), note)
+    yield Row(_("greatest torque"), *units.written(load.peak_torque, "torque"), note)
     if load.inertia_ratio is not None:
         yield Row(_("inertia ratio"), few_digits(load.inertia_ratio, 4), "", _("of what it moves to its rotor"))
 
@@ -530,7 +532,7 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
     if load.rms_torque is not None:
         rated = load.rms_torque_share
         note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
-        rows.append(Row(_("rms torque over it"), *units.shown(load.rms_torque, "torque"), note))
+        rows.append(Row(_("rms torque over it"), *units.written(load.rms_torque, "torque"), note))
     if load.heat is not None and motor is not None:
         share, note = load.heat_share, _("its limit is unknown without a rated point")
         if share is not None:
@@ -540,9 +542,9 @@ def _duty(sizing: Sizing, units: TradeUnits) -> Block:
     return Block("duty", rows=tuple(rows))
 
 
-def _watts(heat: float) -> Shown:
+def _watts(heat: float) -> Written:
     """A heat, which is in watts everywhere."""
-    return SI.shown(heat, "power")
+    return SI.written(heat, "power")
 
 
 def _heat_beside(heat: power.Heat, energy: Energy) -> str:
@@ -565,14 +567,14 @@ def _run(sizing: Sizing, units: TradeUnits) -> Block:
     band, scene = speed_band(sizing), sizing.scene
     rows = []
     if band is not None:
-        greatest, least = (units.shown(speed, "speed", band[2]) for speed in band[:2])
+        greatest, least = (units.written(speed, "speed", band[2]) for speed in band[:2])
         text = _("{least} to {greatest}", least=least.value, greatest=greatest.value)
         rows.append(Row(_("speed of the crank"), text, greatest.unit, _where(sizing)))
     other = scene.flywheel_on != "crank"
     if other or scene.speed is None or abs(sizing.speed / scene.speed - 1.0) > _SAME_FLYWHEEL:
-        there = units.shown(sizing.speed * scene.flywheel_ratio, "speed")
+        there = units.written(sizing.speed * scene.flywheel_ratio, "speed")
         note = _("{speed} on {shaft}", speed=there, shaft=scene.flywheel_on) if other else ""
-        rows.append(Row(_("mean of both"), *units.shown(sizing.speed, "speed"), note))
+        rows.append(Row(_("mean of both"), *units.written(sizing.speed, "speed"), note))
     if sizing.cyclic is not None and not settles(sizing.cyclic):
         rows.append(Row(_("settles"), _("NO: a change of speed does not decay")))
     return Block("run", rows=tuple(rows), sentences=tuple(_confirmed(sizing)))

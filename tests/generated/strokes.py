@@ -228,7 +228,7 @@ def tried_strokes(seed: int) -> list[Verdict]:
             if (most > 1.0) != (way > 0.0):
                 lines.append(f"greatest rate {found.greatest_rate!r}, {most!r} of the limit at {rate!r}")
     if found.limits:
-        asked = {name: limit.asked for name, limit in found.limits.items()}
+        asked = {name: limit.requirement for name, limit in found.limits.items()}
         for way in (-1.0, 1.0):  # a little lighter it breaks the limit that decides, a little heavier it keeps all
             inertia = found.inertia + way * (found.error["inertia"] + _WHEEL * found.inertia)
             there = plan._replace(wheel=inertia)

@@ -45,14 +45,14 @@ def test_a_function_says_what_it_does_or_returns():
 @pytest.mark.slow
 @pytest.mark.parametrize("language", texts.languages())
 def test_no_fault_remark_or_message_lacks_its_translation(language):
-    known = {entry.text for entry in texts.entries(language) if entry.told} | texts.NOT_TRANSLATED
+    known = {entry.text for entry in texts.entries(language) if entry.translation} | texts.NOT_TRANSLATED
     assert [f"{text.place}: {text.text}" for text in texts.built_texts() if text.text not in known] == []
 
 
 def test_an_inserted_part_is_joined_by_the_grammar_of_the_language():
     with use("es"):
-        assert Fault("drive", "nothing", "a motor").told.startswith(": no hay nada, se esperaba")
-        assert Fault("drive", "a motor", "no drive").told == ": hay un motor, se esperaba ningún accionamiento"
+        assert Fault("drive", "nothing", "a motor").description.startswith(": no hay nada, se esperaba")
+        assert Fault("drive", "a motor", "no drive").description == ": hay un motor, se esperaba ningún accionamiento"
 
 
 def test_a_fault_is_told_by_its_parts():
@@ -61,8 +61,8 @@ def test_a_fault_is_told_by_its_parts():
     )
     expected = 'una longitud como "250 mm" o un número sin unidad en m; escriba 0.6, no 0,6'
     with use("es"):
-        assert fault.told == f' (línea 5): hay "0,6 m", se esperaba {expected}'
-    assert "found" in fault.told
+        assert fault.description == f' (línea 5): hay "0,6 m", se esperaba {expected}'
+    assert "found" in fault.description
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_a_catalogue_gives_all_its_entries(tmp_path):
         'msgid ""\nmsgstr "Language: es\\n"\n\n# a.py:3\nmsgid "one"\nmsgstr ""\n"uno "\n"solo"\n\n'
         '#, fuzzy\nmsgid "two"\nmsgstr "dos"\n\nmsgid "three"\nmsgstr ""\n'
     )
-    assert [(entry.text, entry.told, entry.fuzzy) for entry in texts.catalogue(po)] == [
+    assert [(entry.text, entry.translation, entry.fuzzy) for entry in texts.catalogue(po)] == [
         ("one", "uno solo", False),
         ("two", "dos", True),
         ("three", "", False),

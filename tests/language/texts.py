@@ -36,7 +36,7 @@ class Entry(NamedTuple):
 
     place: str
     text: str
-    told: str
+    translation: str
     fuzzy: bool = False
 
 
@@ -305,7 +305,7 @@ def one_html(source: str, name: str) -> list[Marked]:
 _STAY = frozenset(("min", "rad", "rev", "rpm", "deg", "turn", "kg", "mm", "lb", "lbf", "hp", "in", "ft"))  # units in both
 
 
-class _Shown(_Page):
+class _LivePage(_Page):
     """Gathers what a finished page shows, drawings and what the page itself translates among it."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -321,7 +321,7 @@ class _Shown(_Page):
 
 def shown(source: str) -> list[str]:
     """The texts and labels that a finished page shows."""
-    page = _Shown("page")
+    page = _LivePage("page")
     page.feed(source)
     page.close()
     return [found.text for found in page.found]
@@ -403,7 +403,7 @@ BY_NAME = ("flywheel/page/form.py", "flywheel/pictures/__init__.py")
 
 def missing(texts: list[Marked], language: str) -> list[Marked]:
     """Texts without a translation, each once."""
-    known = {entry.text for entry in entries(language) if entry.told}
+    known = {entry.text for entry in entries(language) if entry.translation}
     first = {text.text: text for text in reversed(texts) if not text.fault and text.text not in known}
     return sorted(first.values())
 
@@ -421,15 +421,15 @@ def findings(texts: list[Marked], language: str) -> list[str]:
     for entry in entries(language):
         if entry.fuzzy:
             lines.append(f'{entry.place}: "{entry.text}" is marked fuzzy')
-        if not entry.told:
+        if not entry.translation:
             lines.append(f'{entry.place}: "{entry.text}" is not translated')
-        elif _fields(entry.text) != _fields(entry.told) and not entry.place.startswith(f"{language}/faults.po"):
-            lines.append(f'{entry.place}: "{entry.text}" and "{entry.told}" take different values')
+        elif _fields(entry.text) != _fields(entry.translation) and not entry.place.startswith(f"{language}/faults.po"):
+            lines.append(f'{entry.place}: "{entry.text}" and "{entry.translation}" take different values')
         if entry.text not in used and not entry.place.startswith(by_variables):
             lines.append(f'{entry.place}: "{entry.text}" stands nowhere')
         if entry.place.startswith(f"{language}/faults.po"):
             continue  # a marked text that reads the same goes before
-        if (other := seen.setdefault(entry.text, entry)).told != entry.told:
+        if (other := seen.setdefault(entry.text, entry)).translation != entry.translation:
             lines.append(f'{entry.place}: "{entry.text}" is told otherwise in {other.place}')
     return sorted(set(lines))
 

@@ -318,7 +318,7 @@ def test_the_energy_route_stops_where_the_speed_would_change_sign():
     top = -90 + np.degrees(np.arccos(1 - 0.5 * 3.0**2 / (2 * 9.81)))
     with pytest.raises(SceneError, match=r"route: found a motion that stops at") as caught:
         simulate(pendulum(), ENERGY, -np.pi / 2, 3.0, 2.0, gravity=GRAVITY, rtol=1e-7)
-    assert float(caught.value.faults[0].found.split()[-2]) == pytest.approx(top, abs=1e-5)
+    assert float(caught.value.faults[0].defect.split()[-2]) == pytest.approx(top, abs=1e-5)
     swung = [
         simulate(pendulum(), route, -np.pi / 2, 3.0, 0.6, gravity=GRAVITY, rtol=1e-8) for route in (REDUCED, MULTIPLIERS)
     ]
@@ -347,7 +347,7 @@ def test_a_lock_is_named_with_its_angle():
     with pytest.raises(UnreachableError) as caught:
         Closure(model_at(LOCKING, 0.9, Actions())).at(3.0)
     assert caught.value.fault.path == "mechanism.driver"
-    assert float(caught.value.fault.found.split()[-2]) == pytest.approx(limit, abs=1e-3)
+    assert float(caught.value.fault.defect.split()[-2]) == pytest.approx(limit, abs=1e-3)
 
 
 def test_multipliers_pass_a_dead_centre_of_the_driver():
@@ -365,7 +365,7 @@ def test_a_parallelogram_is_not_carried_through_its_change_point(route, speed):
     linkage = replace(heavy(four_bar(d=0.4, r=0.1, c=0.4, length=0.1)), start=0.9)
     with pytest.raises(SceneError, match=r"assemblies that meet|a lock at") as caught:
         simulate(linkage, route, 0.9, speed, 2.0, rtol=1e-5)
-    told = float(caught.value.faults[0].found.split()[-2])
+    told = float(caught.value.faults[0].defect.split()[-2])
     assert told == pytest.approx(180.0 if speed > 0 else 0.0, abs=0.1 if route != MULTIPLIERS else 40.0)
 
 

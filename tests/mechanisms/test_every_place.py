@@ -79,8 +79,8 @@ def test_it_is_drawn_if_it_has_joints_and_moves(kind):
         assert flywheel.draw(scene).axes
     moved = flywheel.motion(scene, at=[scene.origin + 0.3 * scene.cycle])
     names = (
-        [name for name in moved.curves if name.rpartition(".")[2] in kind.shown_first]
-        if kind.shown_first
+        [name for name in moved.curves if name.rpartition(".")[2] in kind.default_curves]
+        if kind.default_curves
         else [*moved.curves]
     )
     assert names
@@ -90,4 +90,4 @@ def test_it_is_drawn_if_it_has_joints_and_moves(kind):
 def test_the_page_shows_its_motion(kind):
     shown = answer(mechanism(kind)[0], {"panels": ["motion"]}, rest=False)["motion"]
     of = shown["of"].rpartition(".")[2]
-    assert not kind.shown_first or of in kind.shown_first
+    assert not kind.default_curves or of in kind.default_curves

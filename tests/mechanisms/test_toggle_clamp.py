@@ -258,7 +258,7 @@ def test_a_block_out_of_reach_is_refused_with_its_displacement() -> None:
     reach = sqrt((0.16763 + 0.095) ** 2 - 0.14**2)
     found = fault(stroke=(-0.06, 0.23))
     assert found.path == "mechanism.coupler.length"
-    assert found.found == "0.095 m"
+    assert found.defect == "0.095 m"
     assert found.advice == f"the clamp locks where its block is at {reach:.6g} m"
     least, most = (float(word) for word in found.expected.split() if word[0].isdigit())
     assert least == pytest.approx(hypot(0.14, 0.23) - 0.16763, abs=1e-9)
@@ -361,7 +361,7 @@ def lock_fault(kind: str, **lengths: float) -> Fault:
 def test_a_rod_shorter_than_the_crank_locks_four_times() -> None:
     found = lock_fault("slider-crank", crank=0.5, rod=0.25)
     assert found.path == "mechanism.rod.length"
-    assert found.found == "0.25 m"
+    assert found.defect == "0.25 m"
     assert found.expected == "a rod longer than crank + |offset| = 0.5 m"
     assert found.advice == "the crank locks at 30, 150, 210 and 330 deg"
 

@@ -671,4 +671,4 @@ def test_the_picture_is_drawn_and_the_page_has_it_over_time(tmp_path):
     assert len(page["single_stroke"]["clutch"]) == len(page["phi"])
     stalled = data.answer(rotor(load__0__torque=-3000.0, shafts__wheel__clutch__static_torque=9e9))
     assert stalled["figures"] == ["mechanism"]
-    assert "stalls" in stalled["faults"][0].found
+    assert "stalls" in stalled["faults"][0].defect

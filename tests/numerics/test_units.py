@@ -14,7 +14,7 @@ import pytest
 
 from flywheel import SceneError
 from flywheel.numerics import intervals
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, fits, known, number_faults, vector
+from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, entry, fits, number_faults, vector
 from flywheel.numerics.expressions import parse, terms
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -205,7 +205,7 @@ def test_whole_turns_agree_with_the_float_pi():
 def test_slips_are_refused_with_advice(value, dimension, hint):
     with pytest.raises(QuantityError) as caught:
         parse_quantity(value, dimension)
-    assert caught.value.found
+    assert caught.value.defect
     assert caught.value.expected
     assert hint in f"{caught.value.expected} {caught.value.advice}"
     assert len(str(caught.value)) < 300
@@ -310,8 +310,8 @@ def test_all_else_does_not(value):
 
 
 def test_a_unit_belongs_to_numbers_alone():
-    assert [fault.found for fault in number_faults("mass", -2.0, POSITIVE, "kg")] == ["-2.0 kg"]
-    assert [fault.found for fault in number_faults("mass", "two", POSITIVE, "kg")] == ['"two"']
+    assert [fault.defect for fault in number_faults("mass", -2.0, POSITIVE, "kg")] == ["-2.0 kg"]
+    assert [fault.defect for fault in number_faults("mass", "two", POSITIVE, "kg")] == ['"two"']
 
 
 @pytest.mark.parametrize("value", [[1, 2], (1.0, 2.0), np.array([1, 2]), [mp.mpf(1), Fraction(2)]])
@@ -350,8 +350,8 @@ def test_a_vector_has_two_components(value):
 @pytest.mark.parametrize("name", ["b", ["a"], None, 1])
 def test_names_that_are_not_known(name):
     with pytest.raises(SceneError, match=r"^joint: found .*, expected one of a$"):
-        known("joint", name, {"a": 1})
-    assert known("joint", "a", {"a": 1}) == 1
+        entry("joint", name, {"a": 1})
+    assert entry("joint", "a", {"a": 1}) == 1
 
 
 # Figures never show a digit beyond their error, and columns keep their points in line.

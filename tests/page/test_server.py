@@ -316,9 +316,9 @@ def test_a_scene_is_saved_where_it_is_said_so_and_keeps_its_permissions(press_fi
     press_file.chmod(0o640)
     session = Session(press_file)
     seen = session.scene()["seen"]
-    with pytest.raises(Conflict) as asked:
+    with pytest.raises(Conflict) as conflict:
         session.save("title = 'new'\n", None, False, seen)
-    assert asked.value.told == {"reason": "exists", "text": TEXT, "seen": seen}
+    assert conflict.value.details == {"reason": "exists", "text": TEXT, "seen": seen}
     assert press_file.read_text() == TEXT
     saved = session.save("title = 'new'\n", None, True, seen)
     assert press_file.read_text() == "title = 'new'\n"
@@ -334,9 +334,9 @@ def test_what_has_changed_since_is_never_lost(press_file: Path) -> None:
     mine = first.save("title = 'first'\n", None, True, seen)
     told = second.watch(seen)
     assert (told["changed"], told["text"], told["seen"]) == (True, "title = 'first'\n", mine["seen"])
-    with pytest.raises(Conflict) as asked:
+    with pytest.raises(Conflict) as conflict:
         second.save("title = 'second'\n", None, True, seen)
-    assert asked.value.told == {"reason": "changed", "text": "title = 'first'\n", "seen": mine["seen"]}
+    assert conflict.value.details == {"reason": "changed", "text": "title = 'first'\n", "seen": mine["seen"]}
     assert press_file.read_text() == "title = 'first'\n"
     second.save("title = 'second'\n", None, True, mine["seen"])
     assert press_file.read_text() == "title = 'second'\n"
@@ -351,11 +351,11 @@ def test_a_file_that_goes_is_written_anew_and_one_that_comes_is_kept(press_file:
     assert press_file.read_text() == "a = 1\n"
     other = press_file.with_name("other.toml")
     other.write_text("b = 1\n")
-    with pytest.raises(Conflict) as asked:
+    with pytest.raises(Conflict) as conflict:
         session.save("a = 2\n", "other.toml", True, seen)
-    assert asked.value.told["reason"] == "exists"
+    assert conflict.value.details["reason"] == "exists"
     assert other.read_text() == "b = 1\n"
-    session.save("a = 2\n", "other.toml", True, asked.value.told["seen"])
+    session.save("a = 2\n", "other.toml", True, conflict.value.details["seen"])
     assert other.read_text() == "a = 2\n"
 
 

@@ -556,7 +556,7 @@ def test_the_picture_draws_the_rows_of_the_page() -> None:
     forces = diagrams.forces_of(part)
     page = diagrams.made(part, "reactions", forces)
     found = forces.mechanisms["press"]
-    panels = reactions.polar(found._replace(poses=found.poses._replace(q=part.axis.shown))).axes
+    panels = reactions.polar(found._replace(poses=found.poses._replace(q=part.axis.values))).axes
     rows = {row.key: row for row in reversed(page.rows)}.values()  # of a slide its forces, the moment stands beside them
     assert {panel.get_title() for panel in panels} - {""} == {f"{row.title}\n{row.about}" for row in rows}
     plane = next(row for row in page.rows if row.kind == "plane")

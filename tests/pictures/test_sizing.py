@@ -37,7 +37,7 @@ from flywheel.pictures.power_flow import plot as plot_flow
 from flywheel.pictures.sketch import views
 from flywheel.regime import turning_moment
 from flywheel.tables import sizing as pages
-from flywheel.tables.power import entries, given
+from flywheel.tables.power import entries, input_power
 from flywheel.tables.sizing import candidates
 from tests import regimes
 from tests.limits import sample
@@ -488,7 +488,7 @@ def test_widths_are_to_scale(long):
     left, right = np.ptp(y[x == x.min()]), np.ptp(y[x == x.max()])
     tool = max(stream.mean for stream in long.streams if stream.kind == "load")
     assert right / left == pytest.approx(tool / long.input, rel=1e-9)
-    assert given(long, entries(long)) == pytest.approx(long.input, rel=1e-12)
+    assert input_power(long, entries(long)) == pytest.approx(long.input, rel=1e-12)
 
 
 def test_power_that_goes_backwards_is_drawn_backwards():
@@ -775,7 +775,7 @@ def test_a_new_diagram_is_one_maker(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def energy(part: Part, forces: object) -> Diagram:
         values = 0.5 * part.sizing.speed**2 * (part.samples.inertia + part.sizing.flywheel.exact)
-        mark = Mark("greatest", float(part.axis.shown[values.argmax()]), float(values.max()), "the most", "blue")
+        mark = Mark("greatest", float(part.axis.values[values.argmax()]), float(values.max()), "the most", "blue")
         curve = Curve("energy", "at the mean speed", "green")
         row = Row("energy", "Kinetic energy", "energy T", "J", "its course", (curve,), marks=(mark,), notes=("a note",))
         return Diagram({"energy": values}, "Kinetic energy", "its course", (row,))

@@ -112,8 +112,8 @@ def test_a_law_beside_a_mechanism_is_left_out_and_named() -> None:
 
 
 def test_coordinates_are_told_as_designers_read_them() -> None:
-    assert sketching.told(flywheel.load(press()), -np.pi / 6) == "−30°"
-    assert sketching.told(flywheel.load(CLAMP), 0.19) == "190 mm"
+    assert sketching.coordinate_text(flywheel.load(press()), -np.pi / 6) == "−30°"
+    assert sketching.coordinate_text(flywheel.load(CLAMP), 0.19) == "190 mm"
 
 
 # What is drawn of a linkage: every figure stands where the linkage has it, at every position.

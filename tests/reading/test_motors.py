@@ -493,7 +493,7 @@ REST = "regime.speed = 10\n"
 def text_faults(text_):
     with pytest.raises(flywheel.SceneError) as caught:
         load(text_)
-    return [(fault.path, fault.found) for fault in caught.value.faults]
+    return [(fault.path, fault.defect) for fault in caught.value.faults]
 
 
 @pytest.mark.parametrize(

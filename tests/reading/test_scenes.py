@@ -861,4 +861,4 @@ def test_every_fault_is_reported_at_once():
 def test_a_mesh_that_loses_nearly_all_gets_a_remark(key: str, value: float, lost: str) -> None:
     remarks = parse_scene(f"{ROTOR}\n[shafts.motor]\nratio = 5\n{key} = {value}\n").remarks
     assert [remark.path for remark in remarks] == ([f"shafts.motor.{key}"] if lost else [])
-    assert all(remark.found == f"{lost} is lost" for remark in remarks)
+    assert all(remark.defect == f"{lost} is lost" for remark in remarks)

@@ -309,15 +309,15 @@ def test_what_was_meant(good, bad, place, hint):
 def test_a_table_that_is_written_several_times_is_one_fault(heading, advice):
     text = "".join(f"[{heading}]\nname = {name}\nbetween = [1, {{a = 2}}]\n" for name in range(4))
     (fault,) = syntax_faults(text)
-    assert (fault.place, fault.found, fault.advice) == ("line 4, column 1", f"[{heading}] a second time", advice)
+    assert (fault.place, fault.defect, fault.advice) == ("line 4, column 1", f"[{heading}] a second time", advice)
     after, behind = syntax_faults(f"{text}[drive]\non = 1\non = 2\n")
-    assert (after, behind.found) == (fault, "on a second time")
+    assert (after, behind.defect) == (fault, "on a second time")
 
 
 def test_a_table_that_goes_on_as_an_array_is_one_fault():
     text = "[mechanism.joints]\nname = 1\n" + "[[mechanism.joints]]\nname = 2\n" * 3
     (fault,) = syntax_faults(text)
-    assert (fault.place, fault.found) == ("line 3, column 1", "[[mechanism.joints]]")
+    assert (fault.place, fault.defect) == ("line 3, column 1", "[[mechanism.joints]]")
     assert fault.advice == "line 1 has it as one table; write [[mechanism.joints]] there as well"
 
 

@@ -58,7 +58,7 @@ def extremes(known: Context) -> Section:
 
 
 SECTIONS = (
-    *(regime.asked, drive.motor, regime.balance, drive.engine, extremes, regime.areas, regime.approximate),
+    *(regime.requirements, drive.motor, regime.balance, drive.engine, extremes, regime.areas, regime.approximate),
     *(regime.inertia_torque, regime.exact, drive.limits, wheel.every_shaft, regime.speeds, drive.power, drive.train),
     *(regime.holding, wheel.wheel, contents.check),
 )
@@ -306,12 +306,14 @@ def test_numbers_stand_in_brackets_where_they_would_be_misread():
 def test_numbers_have_the_decimal_mark_of_the_language_and_powers_of_ten():
     with language.use("es"):
         assert alttext(formulas.equation(FormulaQuantity("omega", 6.283185307, "rad/s"))) == "ω = 6,28319 rad/s"
-    assert formulas.number_shown(FormulaQuantity("", -1.2e-7, "J")).text == "−1.2·10⁻⁷ J"
+    assert formulas.numeral(FormulaQuantity("", -1.2e-7, "J")).text == "−1.2·10⁻⁷ J"
     assert formulas.bare(FormulaQuantity("phi", math.pi / 6, "°")) == "30"
 
 
 def test_a_formula_is_worked_out_in_si():
-    assert formulas.value("y = sin(phi)/2", {"phi": FormulaQuantity("phi", math.pi / 6, "°").shown}) == pytest.approx(0.25)
+    assert formulas.value(
+        "y = sin(phi)/2", {"phi": FormulaQuantity("phi", math.pi / 6, "°").value_written}
+    ) == pytest.approx(0.25)
     assert formulas.symbols("y = a*sin(phi) + pi") == {"a", "phi"}
     assert not formulas.computable("W = integral(M, phi, 0, Phi)")
     with pytest.raises(FormulaError, match="worked out"):
@@ -406,7 +408,7 @@ def test_closed_formulas_agree_with_the_reduction_at_every_angle(mechanism):
             for velocity, symbol in symbols.items():
                 expected = values[f"{made.mechanism.name}.{velocity}"][0]
                 assert made.values[symbol].value == pytest.approx(expected, abs=1e-9)
-        worked = [step for section in made.shown() for step in steps([section]) if step.numbers]
+        worked = [step for section in made.parts() for step in steps([section]) if step.numbers]
         assert len(worked) > 2
         for step in worked:
             plain = {number.symbol: number.value for number in step.numbers}
@@ -452,7 +454,7 @@ def test_what_is_shown_of_a_substitution_evaluates_to_the_shown_result(tongue, m
     of, seen = machine(CRANK), 0
     with language.use(tongue):
         made = sheet(of, of.scene.mechanisms[0], 2.0)
-        for step in (step for section in made.shown() for step in section.parts if step.numbers):
+        for step in (step for section in made.parts() for step in section.parts if step.numbers):
             shown = formulas.mathml(step.formula, {n.symbol: n for n in substitution(step)})
             text = worked_out(ElementTree.fromstring(f"<p>{unescape(shown)}</p>"), mark)
             found = eval(text.rpartition("=")[2], {**NAMESPACE, "pi": pi, "sqrt": sqrt, "exp": exp})
@@ -466,14 +468,14 @@ def test_loop_equations_of_a_linkage_close_where_its_unknowns_are():
     of = machine(LINKAGE)
     made = sheet(of, of.scene.mechanisms[0], 2.0)
     (loop,) = (
-        section for section in made.shown() if any(isinstance(p, Step) and p.formula.endswith(" = 0") for p in section.parts)
+        section for section in made.parts() if any(isinstance(p, Step) and p.formula.endswith(" = 0") for p in section.parts)
     )
     plain = {symbol: value.value for symbol, value in made.values.items()}
     equations = [part.formula.removesuffix(" = 0") for part in loop.parts if isinstance(part, Step)]
     assert len(equations) == 2
     assert max(abs(formulas.value(f"a = {equation}", plain)) for equation in equations) < 1e-12
-    (system,) = (p for s in made.shown() for p in s.parts if isinstance(p, Table) and len(p.head) == 4)
-    rows = np.array([[cell.shown for cell in row[1:]] for row in system.rows])
+    (system,) = (p for s in made.parts() for p in s.parts if isinstance(p, Table) and len(p.head) == 4)
+    rows = np.array([[cell.value_written for cell in row[1:]] for row in system.rows])
     unknowns = np.linalg.solve(rows[:, :-1], rows[:, -1])
     assert unknowns == pytest.approx([made.values["theta_rod_prime"].value, made.values["s_G_prime"].value], rel=1e-4)
 

@@ -97,14 +97,14 @@ def true_shares(inertia: float) -> dict[str, float]:
 def test_each_limit_alone_is_met_by_its_flywheel_and_the_largest_of_them_keeps_all():
     sizing = sized(LIMITS)
     for name, limit in sizing.limits.items():
-        assert true_shares(limit.alone)[name] == pytest.approx(limit.asked, rel=2e-9), name
+        assert true_shares(limit.alone)[name] == pytest.approx(limit.requirement, rel=2e-9), name
         assert 0.0 < limit.alone_error < 1e-9
     assert sizing.flywheel.exact == max(limit.alone for limit in sizing.limits.values())
     assert sizing.binding == "current_pulsation"
     true = true_shares(sizing.flywheel.exact)
     for name, limit in sizing.limits.items():
         assert limit.reached == pytest.approx(true[name], rel=2e-9)
-        assert limit.reached <= limit.asked * (1 + 1e-9)
+        assert limit.reached <= limit.requirement * (1 + 1e-9)
     assert sizing.reached
     data = sizing.as_dict()
     assert data["flywheel"]["binding"] == "current_pulsation"
@@ -167,7 +167,7 @@ def test_limits_that_no_flywheel_reaches_are_told_with_the_best():
         sized({"motor_rms": 0.3, "motor_torque": 0.3, "irregularity": 0.1})
     mean = 100 * LOAD * (END - START) / (2 * pi * RATIO) / RATED  # at a constant speed the motor gives the mean torque
     assert [fault.path for fault in caught.value.faults] == ["flywheel.limits.motor_torque", "flywheel.limits.motor_rms"]
-    assert all(f"at a constant speed, it is {mean:.6g} %" in fault.found for fault in caught.value.faults)
+    assert all(f"at a constant speed, it is {mean:.6g} %" in fault.defect for fault in caught.value.faults)
     assert sized({"motor_rms": mean / 100 + 1e-5}).limits["motor_rms"].reached == pytest.approx(mean / 100 + 1e-5)
 
 

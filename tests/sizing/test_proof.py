@@ -425,7 +425,7 @@ def test_a_range_has_a_remark_and_its_interval_in_the_summary(language: str) -> 
     scene = copy.deepcopy(PRESS)
     scene["mechanism"]["crank"]["length"] = "80 ± 0.16 mm"
     found = flywheel.size(flywheel.load(scene), accuracy="proof")
-    assert any("80 mm" in remark.found for remark in found.scene.remarks)
+    assert any("80 mm" in remark.defect for remark in found.scene.remarks)
     with use(language):
         sentences = " ".join(summary.text(found).split())
     assert {"en": "exact flywheel from", "es": "volante exacto de"}[language] in sentences

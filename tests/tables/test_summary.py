@@ -522,7 +522,7 @@ def test_a_cycle_in_radians_that_was_meant_in_degrees():
 
 def test_a_load_with_the_wrong_sign_makes_the_drive_brake():
     (remark,) = scene_report.remarks(flywheel.size(press(force='"40 kN"'), accuracy="normal"))
-    assert (remark.path, "it brakes" in remark.found, "signs of the loads" in remark.advice) == ("drive", True, True)
+    assert (remark.path, "it brakes" in remark.defect, "signs of the loads" in remark.advice) == ("drive", True, True)
     assert scene_report.remarks(flywheel.size(press(), accuracy="normal")) == ()
 
 
@@ -531,7 +531,7 @@ def test_a_rim_that_would_burst():
     text = PRESS.format(**GOOD | {"speed": '"900 rpm"'}).replace("irregularity = 0.04\n", wheel)
     found = scene_report.remarks(flywheel.size(parse_scene(text), accuracy="normal"))
     assert [remark.path for remark in found] == ["flywheel"]
-    assert "its rim runs at 48" in found[0].found
+    assert "its rim runs at 48" in found[0].defect
 
 
 @pytest.mark.parametrize("path", sample(sorted(ROOT.glob("examples/**/*.toml")), 3), ids=lambda path: path.stem)

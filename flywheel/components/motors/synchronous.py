@@ -426,9 +426,9 @@ class LoadAngle(Circuit):
         turning = motor.pole_pairs * (motor.synchronous_speed - omega)
         if motor.field_at is None:
             return (turning,)
-        return turning, (self._given(omega)[0] - states[1]) / motor.field_time
+        return turning, (self._field_share(omega)[0] - states[1]) / motor.field_time
 
-    def _given(self, omega: Any) -> tuple[Any, Any]:
+    def _field_share(self, omega: Any) -> tuple[Any, Any]:
         """The share of the field at a speed, and its slope (s/rad): 6 x^5 - 15 x^4 + 10 x^3 over the band."""
         motor = self.motor
         assert motor.field_at is not None
@@ -448,7 +448,7 @@ class LoadAngle(Circuit):
         by_angle = share * motor.field_torque * np.cos(d) + 2.0 * motor.reluctance_torque * np.cos(2.0 * d)
         if motor.field_at is None:
             return Slopes(by_speed, (by_angle,), (-motor.pole_pairs,), ((0.0,),))
-        by_field, slope = motor.field_torque * np.sin(d), self._given(omega)[1] / motor.field_time
+        by_field, slope = motor.field_torque * np.sin(d), self._field_share(omega)[1] / motor.field_time
         return Slopes(
             by_speed, (by_angle, by_field), (-motor.pole_pairs, slope), ((0.0, 0.0), (0.0, -1.0 / motor.field_time))
         )
@@ -456,7 +456,7 @@ class LoadAngle(Circuit):
     def steady(self, omega: Any) -> tuple[Any, ...]:
         """Load angle 0, and the field at the speed: out of step the torque of the angle is 0 on average."""
         zero = 0.0 * omega
-        return (zero,) if self.motor.field_at is None else (zero, self._given(omega)[0])
+        return (zero,) if self.motor.field_at is None else (zero, self._field_share(omega)[0])
 
     def carrying(self, net: Callable[[tuple[float, ...]], float]) -> tuple[float, ...] | None:
         """The states in step at which a net work (or torque), which grows with the load angle up to pull-out, is 0.

@@ -422,7 +422,7 @@ class RoughMotion:
             try:
                 mode, sizes = self.rub.settled(mode, instant, place)
             except UnreachableError as error:
-                self.lock = f"{error.fault.path}: {error.fault.found}"
+                self.lock = f"{error.fault.path}: {error.fault.defect}"
                 return 0.0
             return self.motion.acceleration(y, instant, mode.factors * sizes)
 

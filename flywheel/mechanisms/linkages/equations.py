@@ -26,13 +26,13 @@ from bondgraph import recording
 from flywheel.numerics.arguments import (
     ANY,
     NOT_NEGATIVE,
+    brief,
+    entry,
     fits,
-    known,
     name_faults,
     number_faults,
     refuse,
     require,
-    shown,
 )
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
@@ -104,13 +104,13 @@ def _type_faults(linkage: Linkage) -> Iterator[Fault]:
     for key, kind in _PARTS.items():
         items, path = getattr(linkage, key), f"{linkage.path}.{key}"
         if type(items) is not tuple:
-            yield Fault(path, shown(items), f"a tuple of {kind.__name__}")
+            yield Fault(path, brief(items), f"a tuple of {kind.__name__}")
             continue
         for k, item in enumerate(items):
             if not isinstance(item, kind):
-                yield Fault(f"{path}[{k}]", shown(item), f"a {kind.__name__}")
+                yield Fault(f"{path}[{k}]", brief(item), f"a {kind.__name__}")
     if not isinstance(linkage.ground, Link):
-        yield Fault(f"{linkage.path}.ground", shown(linkage.ground), "a Link")
+        yield Fault(f"{linkage.path}.ground", brief(linkage.ground), "a Link")
 
 
 def _naming_faults(linkage: Linkage) -> Iterator[Fault]:
@@ -122,7 +122,7 @@ def _naming_faults(linkage: Linkage) -> Iterator[Fault]:
     for k, link in enumerate((linkage.ground, *linkage.links)):
         at = f"{path}.links[{k - 1}].points" if k else f"{path}.ground.points"
         if type(link.points) is not tuple:
-            yield Fault(at, shown(link.points), "a tuple of Point")
+            yield Fault(at, brief(link.points), "a tuple of Point")
             continue
         faults = [fault for j, point in enumerate(link.points) for fault in _point_faults(f"{at}[{j}]", point)]
         yield from faults or _unique((f"{at}[{j}]", point.name) for j, point in enumerate(link.points))
@@ -132,9 +132,9 @@ def _unique(named: Iterable[tuple[str, Any]]) -> Iterator[Fault]:
     seen = set()
     for path, name in named:
         if not isinstance(name, str) or not name:
-            yield Fault(f"{path}.name", shown(name), "a name")
+            yield Fault(f"{path}.name", brief(name), "a name")
         elif name in seen:
-            yield Fault(f"{path}.name", shown(name), "a unique name", "another one has this name")
+            yield Fault(f"{path}.name", brief(name), "a unique name", "another one has this name")
         else:
             seen.add(name)
 
@@ -148,7 +148,7 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         yield from _numbers(path, link)
         com: Any = link.com
         if not (isinstance(com, tuple) and len(com) == 2 and fits(com[0]) and fits(com[1])):
-            text = str(com) if isinstance(com, tuple) else shown(com)
+            text = str(com) if isinstance(com, tuple) else brief(com)
             yield Fault(f"{path}.com", text, "two finite numbers, (x, y)")
         yield from [] if link.guess is None else number_faults(f"{path}.guess", link.guess)
     for k, joint in enumerate(linkage.joints):
@@ -157,7 +157,7 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         yield from name_faults(f"{path}.first", joint.first, bodies)
         yield from name_faults(f"{path}.second", joint.second, bodies)
         if joint.first == joint.second:
-            yield Fault(f"{path}.second", shown(joint.second), "another body than first")
+            yield Fault(f"{path}.second", brief(joint.second), "another body than first")
         yield from _point_faults(f"{path}.first_at", joint.first_at)
         yield from _point_faults(f"{path}.second_at", joint.second_at)
         yield from _numbers(path, joint)
@@ -169,10 +169,10 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         yield from name_faults(f"{path}.first", coupling.first, movable)
         yield from name_faults(f"{path}.second", coupling.second, movable)
         if coupling.first == coupling.second:
-            yield Fault(f"{path}.second", shown(coupling.second), "another joint than first")
+            yield Fault(f"{path}.second", brief(coupling.second), "another joint than first")
         yield from _numbers(path, coupling)
         if coupling.kind == CAM and not isinstance(coupling.lift, Lift):
-            yield Fault(f"{path}.lift", shown(coupling.lift), "a Lift")
+            yield Fault(f"{path}.lift", brief(coupling.lift), "a Lift")
         if coupling.contact is not None:
             yield from _place_faults(f"{path}.contact", coupling.contact, bodies)
     for k, side in enumerate(linkage.sides):
@@ -180,7 +180,7 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         for name in ("point", "start", "end"):
             yield from _place_faults(f"{path}.{name}", getattr(side, name), bodies)
         if side.sense not in (1, -1):
-            yield Fault(f"{path}.sense", shown(side.sense), "+1 (left) or -1 (right)")
+            yield Fault(f"{path}.sense", brief(side.sense), "+1 (left) or -1 (right)")
     drivers = {name: None for name, joint in joints.items() if joint.kind in (PIN, SLIDE)}
     yield from name_faults(f"{linkage.path}.driver", linkage.driver, drivers)
     yield from number_faults(f"{linkage.path}.start", linkage.start)
@@ -190,7 +190,7 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
         yield from name_faults(f"{path}.joint", driver.joint, drivers)
         yield from number_faults(f"{path}.start", driver.start)
         if driver.joint in driven:
-            yield Fault(f"{path}.joint", shown(driver.joint), "another joint", "it drives already")
+            yield Fault(f"{path}.joint", brief(driver.joint), "another joint", "it drives already")
         driven.add(driver.joint)
 
 
@@ -203,13 +203,13 @@ def _point_faults(path: str, point: Any) -> Iterator[Fault]:
     if isinstance(point, Point):
         yield from _numbers(path, point)
     else:
-        yield Fault(path, shown(point), "a Point")
+        yield Fault(path, brief(point), "a Point")
 
 
 def _place_faults(path: str, pair: Any, bodies: Mapping[str, Mapping[str, None]]) -> list[Fault]:
     """Faults of a point's two names: body, point."""
     if not isinstance(pair, tuple) or len(pair) != 2:
-        return [Fault(path, shown(pair), "two names, of a body and of its point")]
+        return [Fault(path, brief(pair), "two names, of a body and of its point")]
     body, point = pair
     return name_faults(f"{path}[0]", body, bodies) or name_faults(f"{path}[1]", point, bodies[body])
 
@@ -828,7 +828,7 @@ class Poses(NamedTuple):
         p = o + R(theta) a;  p' = o' + theta' R a_perp;  p'' = o'' + theta'' R a_perp - theta'² R a.
         """
         if isinstance(at, str) or np.size(at) < 2:
-            raise SceneError([Fault("at", shown(at), "a Point, or a place (x, y) in m")])
+            raise SceneError([Fault("at", brief(at), "a Point, or a place (x, y) in m")])
         a, b = at[-2:]
         k = self._index(body)
         x, y, theta = self.value[k]
@@ -848,4 +848,4 @@ class Poses(NamedTuple):
         return self.point(body, self.linkage.links[k - 1].com if k else self.linkage.ground.com)
 
     def _index(self, body: str) -> int:
-        return known("body", body, {name: k for k, name in enumerate(self.linkage.names)})
+        return entry("body", body, {name: k for k, name in enumerate(self.linkage.names)})

@@ -39,7 +39,7 @@ from flywheel.mechanisms.linkages.equations import (
     on_way,
 )
 from flywheel.mechanisms.linkages.positions import follow
-from flywheel.numerics.arguments import array, known
+from flywheel.numerics.arguments import array, entry
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
@@ -339,7 +339,7 @@ class Positions(NamedTuple):
     def by(self, driver: str) -> Poses:
         """Poses whose rate and slope are derivatives by one driver's coordinate, all others held."""
         names = {name: k for k, (name, _) in enumerate(self.linkage.drivers)}
-        k = known("driver", driver, names)
+        k = entry("driver", driver, names)
         return Poses(self.linkage, self.q[k], self.value, self.rate[k], self.slope[k, k])
 
     def motion(self, qdot: ArrayLike, qddot: ArrayLike = 0.0, t: ArrayLike | None = None) -> Poses:

@@ -46,7 +46,7 @@ from flywheel.mechanisms.linkages.dry_friction import with_friction
 from flywheel.mechanisms.linkages.equations import Poses, check
 from flywheel.mechanisms.linkages.positions import solve_over
 from flywheel.mechanisms.linkages.statics import unknowns
-from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
+from flywheel.numerics.arguments import POSITIVE, array, brief, name_faults, number_faults, refuse, require, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
@@ -463,7 +463,7 @@ def simulate(
 def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, wrenches: Iterable[Wrench]) -> Actions:
     """All actions; SceneError for laws that are no numbers or functions, for friction, for bodies that do not move."""
     if isinstance(wrenches, Wrench) or not isinstance(wrenches, Iterable):
-        raise SceneError([Fault("wrenches", shown(wrenches), "a list of Wrench")])
+        raise SceneError([Fault("wrenches", brief(wrenches), "a list of Wrench")])
     loads = tuple(wrenches)
     laws: dict[str, Law] = {"drive": drive}
     for k, wrench in enumerate(loads):
@@ -472,7 +472,7 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
         if wrench.at is not None and not isinstance(wrench.at, str):
             vector(f"{path}.at", wrench.at, "m")
         if not isinstance(wrench.force, (tuple, list)) or len(wrench.force) != 2:
-            raise SceneError([Fault(f"{path}.force", shown(wrench.force), "two laws, along x and y")])
+            raise SceneError([Fault(f"{path}.force", brief(wrench.force), "two laws, along x and y")])
         laws |= {f"{path}.force[{k}]": law for k, law in enumerate(wrench.force)} | {f"{path}.torque": wrench.torque}
     refuse([fault for path, law in laws.items() if not callable(law) for fault in number_faults(path, law)])
     actions = Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, loads)

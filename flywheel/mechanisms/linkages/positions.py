@@ -40,7 +40,7 @@ from flywheel.mechanisms.linkages.equations import (
     settle,
     solved,
 )
-from flywheel.numerics.arguments import array, known, number_faults, refuse
+from flywheel.numerics.arguments import array, entry, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
@@ -379,7 +379,7 @@ class Solution:
 
     def coordinate(self, joint: str, poses: Poses) -> Track:
         """A joint's coordinate: a pin's angle of second less first (rad), a slide's displacement along its guide (m)."""
-        one = known("joint", joint, {joint.name: joint for joint in self.linkage.joints})
+        one = entry("joint", joint, {joint.name: joint for joint in self.linkage.joints})
         turn = poses.angle(one.first)
         if one.kind == "pin":
             return Track(*(b - a for a, b in zip(turn, poses.angle(one.second), strict=True)))

@@ -43,7 +43,7 @@ from flywheel.mechanisms.linkages.statics import (
     values_at,
     weights,
 )
-from flywheel.numerics.arguments import array, known, require, shown
+from flywheel.numerics.arguments import array, brief, entry, require
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import columns
 from flywheel.scene.linkage import CAM, FIXED, FRAME, PIN, SLIDE, SLOT, Joint, Linkage
@@ -319,9 +319,9 @@ def reactions_at(
         outer = outer + inertial(poses, *motion)
     driven = tuple(drivers) or (poses.linkage.driver,)
     if isinstance(drivers, str):
-        raise SceneError([Fault("drivers", shown(drivers), "a list of joints' names")])
+        raise SceneError([Fault("drivers", brief(drivers), "a list of joints' names")])
     for k, name in enumerate(driven):
-        known(f"drivers[{k}]", name, {joint.name: joint for joint in poses.linkage.joints})
+        entry(f"drivers[{k}]", name, {joint.name: joint for joint in poses.linkage.joints})
     parts = unknowns(poses, driven, np.sign(motion[0]), friction)
     return _named(poses, motion, parts, balance(poses, parts, outer))
 

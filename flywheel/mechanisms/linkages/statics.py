@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.linkages.equations import Poses, Track, lift_at, solved
-from flywheel.numerics.arguments import array, known, require, shown, vector
+from flywheel.numerics.arguments import array, brief, entry, require, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
@@ -202,7 +202,7 @@ def masses(poses: Poses) -> Array:
 def applied(poses: Poses, loads: Iterable[Load]) -> Array:
     """Wrenches of a user's loads on all bodies; SceneError names every load that does not fit the linkage."""
     if isinstance(loads, Load) or not isinstance(loads, Iterable):
-        raise SceneError([Fault("loads", shown(loads), "a list of Force, Torque and Effort")])
+        raise SceneError([Fault("loads", brief(loads), "a list of Force, Torque and Effort")])
     middle = centres(poses).value
     wrenches, faults = np.zeros_like(middle), list[Fault]()
     for k, load in enumerate(loads):
@@ -219,16 +219,16 @@ def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
     require(path, load, (Force, Torque, Effort), "a Force, Torque or Effort")
     linkage = poses.linkage
     if isinstance(load, Effort):
-        joint = known(f"{path}.joint", load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED})
+        joint = entry(f"{path}.joint", load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED})
         return effort_pair(poses, joint).on_bodies(middle) * values_at(load.value, poses.q, f"{path}.value")
     body, wrenches = load.body, np.zeros_like(middle)
-    k = known(f"{path}.body", body, {name: k for k, name in enumerate(linkage.names)})
+    k = entry(f"{path}.body", body, {name: k for k, name in enumerate(linkage.names)})
     if isinstance(load, Torque):
         wrenches[k, 2] = values_at(load.value, poses.q, f"{path}.value")
         return wrenches
     at = load.at
     if isinstance(at, str):
-        at = known(f"{path}.at", at, {point.name: point[1:] for point in linkage.link(body).points})
+        at = entry(f"{path}.at", at, {point.name: point[1:] for point in linkage.link(body).points})
     at = vector(f"{path}.at", at, "m")
     force = np.stack([values_at(part, poses.q, f"{path}.{axis}") for axis, part in (("x", load.x), ("y", load.y))])
     wrenches[k, :2] = force
