@@ -31,6 +31,11 @@ from bondgraph.rules import (
     simplify,
 )
 
+__all__ = [
+    "Bar", "Formula", "Linkage", "Loads", "Point", "counts", "fix", "four_bar", "pin", "rigid_body", "slide",
+    "slider_crank",
+]  # fmt: skip
+
 Point = tuple[float, float]
 Formula = Callable[[Any], Any]
 Loads = Mapping[str, Iterable[Element]]

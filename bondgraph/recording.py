@@ -28,6 +28,8 @@ import numpy as np
 
 from bondgraph.elements import Operand
 
+__all__ = ["LOST", "NAMESPACE", "Complex", "Conditions", "Program", "Recorded", "Recorder", "solved", "source"]
+
 _SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 _COMPARISONS = {
     "less": ("<", operator.lt),
@@ -138,8 +140,8 @@ class Recorder:
                 todo += fresh
         ordered = sorted(live)
         places = [n for n in ordered if self._tape[n][0] == "place"]
-        inputs_used = self.inputs if inputs is None else inputs
-        new = {node.number: k for k, node in enumerate(inputs_used)}
+        taken = self.inputs if inputs is None else inputs
+        new = {node.number: k for k, node in enumerate(taken)}
         new |= {n: len(new) + k for k, n in enumerate(places)}
         operations = []
         for n in ordered:
@@ -149,10 +151,7 @@ class Recorder:
                 if name == "input":
                     raise TypeError(f"the outputs need {self._names[operands[0]]}, which is not among the inputs")
                 operations.append((name, *[new[m] for m in operands]))
-        values, names = (
-            tuple(self._tape[n][1] for n in places),
-            tuple(self._names[self._tape[n.number][1]] for n in inputs_used),
-        )
+        values, names = tuple(self._tape[n][1] for n in places), tuple(self._names[self._tape[n.number][1]] for n in taken)
         return Program(names, values, tuple(operations), tuple(new[n] for n in numbers))
 
     def tabulated(self, at: Recorded, knots: Sequence[float], columns: Sequence[Sequence[float]]) -> list[Any]:
@@ -820,10 +819,10 @@ def _source(kind: str, inputs: int, places: tuple[int, ...], operations: tuple[A
     ending: dict[int, list[str]] = {}
     texts, lines, free = [f"x{k}" for k in range(first)], [], list[str]()
     for k, (name, *operands) in enumerate(operations):
-        texts_of_operands, template = [texts[n] for n in operands], templates.get(name)
+        parts, template = [texts[n] for n in operands], templates.get(name)
         if name == "call":
-            name, *texts_of_operands = texts_of_operands
-        text = template.format(*texts_of_operands) if template else f"{name}({', '.join(texts_of_operands)})"
+            name, *parts = parts
+        text = template.format(*parts) if template else f"{name}({', '.join(parts)})"
         if statement[k] == k:
             free += ending.pop(k, []) if kind == "numpy" else []
             own = free.pop() if free else f"v{k}"
@@ -893,8 +892,7 @@ def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
 def _loop(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
     import numba
 
-    kernel = _kernel(inputs, places, operations, outputs)
-    space = {"kernel": kernel}
+    space = {"kernel": _kernel(inputs, places, operations, outputs)}
     arguments = ", ".join(f"inputs[{k}, i]" for k in range(inputs))
     assigned = "\n        ".join(f"found[{k}, i] = row[{k}]" for k in range(len(outputs)))
     text = f"def run(inputs, places, found):\n    for i in range(found.shape[1]):\n        row = kernel({arguments}, places)"

@@ -15,6 +15,14 @@ from flywheel.components.load_models import FULLNESS
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, entry, fits, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 
+__all__ = [
+    "Engagement", "PressCycle", "SingleStroke", "Speeds", "busy_time", "check_order", "cutting_energy", "energy_given",
+    "engage", "extreme_speeds", "inertia_between", "inertia_for", "inertia_for_single_stroke", "inertia_on_line",
+    "irregularity_faults", "press_at", "press_cycle", "press_of", "recovery_time", "recovery_time_of_induction",
+    "recovery_time_on_line", "safety_distance", "shearing_force", "single_stroke", "speed_after", "steady_on_line",
+    "stroke_energy",
+]  # fmt: skip
+
 
 class Speeds(NamedTuple):
     """The greatest and the least speed, rad/s.

@@ -37,6 +37,8 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
+__all__ = ["Alternative", "KeptLimit", "Optimum", "SearchCourse", "optimize"]
+
 _RTOL = 1e-11
 _SAMPLES, _STARTS = 64, 4
 _DISTANCE = 0.1  # of the bounds: starts that are no closer

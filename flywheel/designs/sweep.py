@@ -36,6 +36,8 @@ from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_complete, size
 
+__all__ = ["LEAST_CHUNK", "MOST_DESIGNS", "columns_of", "read_columns", "sampled", "sized_elsewhere", "sweep"]
+
 Array = NDArray[np.float64]
 
 LEAST_CHUNK = 1_000

@@ -24,6 +24,8 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import offered
 from flywheel.scene.scene import TURN, Scene
 
+__all__ = ["DRIVERS", "Extreme", "Kinematics", "Survey", "chosen", "motion", "survey"]
+
 Array = NDArray[np.float64]
 
 DRIVERS = ("t", "q", "rate", "acceleration")

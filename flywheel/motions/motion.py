@@ -32,6 +32,12 @@ from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.findings import speed_error_over_cycle
 from flywheel.sizing.results import Sizing
 
+__all__ = [
+    "DRIVER", "TIME", "Driver", "Energy", "Motion", "Peak", "Peaks", "Samples", "Transient", "column",
+    "energy_of", "evenly", "extreme", "highest", "peak", "peaks_of", "regime_motion", "sampled", "samples_of", "speed_at",
+    "states_at", "steady_motion", "switching", "time_along", "works_of",
+]  # fmt: skip
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 

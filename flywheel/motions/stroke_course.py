@@ -18,6 +18,12 @@ from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics.cells import Array, Index
 from flywheel.sizing.results import Trip
 
+__all__ = [
+    "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque", "driven_inertia",
+    "driving_inertia", "driving_sides", "inverter_loads", "motor_ratio", "recovery_time", "slip_heat", "speed_extremes",
+    "temperature",
+]  # fmt: skip
+
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 

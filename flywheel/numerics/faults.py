@@ -15,6 +15,11 @@ from typing import NamedTuple
 from flywheel.language import message, untranslated, use
 from flywheel.language import text as _
 
+__all__ = [
+    "LONGEST_NAME", "LONGEST_TEXT", "Fault", "Remark", "SceneError", "coordinate_text", "nearest", "quote", "show",
+    "suggestion",
+]  # fmt: skip
+
 
 class Fault(NamedTuple):
     """One fault: its place, the value found, the expected one, and the remedy.

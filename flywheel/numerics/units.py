@@ -25,6 +25,13 @@ import numpy as np
 from flywheel.numerics.faults import quote, show, suggestion
 from flywheel.numerics.jets import is_recorded
 
+__all__ = [
+    "CONDITION", "DIMENSIONS", "LARGEST", "MOST", "PRODUCT", "UNITS", "Dimension", "QuantityError", "Unit", "aligned",
+    "columns", "convert", "exact_ratio", "figure", "half_width", "is_quantity", "middle_of", "parse_quantity",
+    "parse_range", "parse_unit", "plain_number", "product", "quantity_text", "round_speed", "short", "split_quantity",
+    "split_range", "written_here",
+]  # fmt: skip
+
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
 _TEXT_LENGTH = 100
 _LARGEST_POWER = 9

@@ -91,7 +91,7 @@ SHARES = (
     *("efficiency", "irregularity", "droop", "armature_share", "rim_share", "arm_share", "closure", "clearance"),
     *(key.name for key in LIMITS.keys),
 )
-"""Numbers that may be written in per cent."""
+"""Numbers that may be written in percent."""
 _MANY = 60  # fields of one list
 _COORDINATE = Key("coordinate", "length", "")
 _WHOLE = Key("teeth", "number", "", None, POSITIVE)

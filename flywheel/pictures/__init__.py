@@ -14,6 +14,8 @@ from flywheel import language
 from flywheel.language import text as _
 from flywheel.numerics.units import figure
 
+__all__ = ["FORMS", "current_form", "form", "noun", "written"]
+
 FORMS = ("screen", "print")
 
 _current: ContextVar[str] = ContextVar("form", default="screen")

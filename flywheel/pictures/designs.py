@@ -47,6 +47,11 @@ from flywheel.pictures.figures import (
 from flywheel.study.tradeoff import FAMILIES, RESTARTED, MethodRow, Tradeoff, ordered
 from flywheel.tables.rows import DEGREES, RPM, plain, printable, short_names
 
+__all__ = [
+    "draw_optimum", "draw_sensitivities", "draw_sweep", "draw_tolerance", "draw_tradeoff", "placed",
+    "plot_optimum", "plot_sensitivities", "plot_sweep", "plot_tolerance", "plot_tradeoff", "too_light",
+]  # fmt: skip
+
 Array = NDArray[np.float64]
 
 # -- sensitivities, tolerances, optima ------------------------------------------------------------------

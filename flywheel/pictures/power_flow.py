@@ -47,6 +47,8 @@ from flywheel.sizing.results import PowerFlow
 from flywheel.tables.power import Entry, entries, gives, input_power, shaft_name
 from flywheel.tables.rows import DEGREES, SI, five_digits, printable
 
+__all__ = ["draw", "panel", "plot"]
+
 Array = NDArray[np.float64]
 
 _HEIGHT = 1.5  # inches: width of the widest stream

@@ -39,6 +39,11 @@ from flywheel.tables.sizing import inertia_error, limit_names
 if TYPE_CHECKING:
     from flywheel.motions.single_stroke import SingleStroke
 
+__all__ = [
+    "PANELS", "Later", "Window", "angle_axis", "description", "draw", "draw_row", "headline", "legend", "panel",
+    "plot", "stroke_svg",
+]  # fmt: skip
+
 Array = NDArray[np.float64]
 Later = Callable[[], None] | None
 Window = tuple[tuple[float, float], tuple[float, float]]

@@ -29,7 +29,7 @@ Fields = dict[str, Any]
 """Values by key: SI floats, checked texts, raw values of the kinds that need their place; None: absent or faulty."""
 
 _STANDARD = 9.80665  # m/s², of a weight
-_LARGEST_SHARE = 10.0  # of a number that may be written in per cent
+_LARGEST_SHARE = 10.0  # of a number that may be written in percent
 _LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
 _ROUNDING = 1.0 + 1e-12
 _ROUNDED = 1e-4  # share by which whole turns written with few digits miss them

@@ -120,7 +120,7 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
     if scene.irregularity is not None and scene.irregularity > _MOST_UNEVEN:
         eps = scene.irregularity
         defect = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
-        yield Remark("flywheel.irregularity", defect, f'write "{eps:.4g} %" if per cent is meant')
+        yield Remark("flywheel.irregularity", defect, f'write "{eps:.4g} %" if percent is meant')
     if scene.speed is not None and scene.stroke is None:
         fastest = max(scene.shafts, key=lambda name: scene.shafts[name])
         speed = scene.speed * scene.shafts[fastest]
@@ -129,7 +129,7 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
     for name, mesh in scene.transmissions.items():
         if mesh.slip > _LARGEST_SLIP:
             defect = f"{100 * mesh.slip:.4g} % of the speed is lost"
-            yield Remark(f"shafts.{name}.slip", defect, "a belt slips by 1 to 3 %: check the number and its per cent sign")
+            yield Remark(f"shafts.{name}.slip", defect, "a belt slips by 1 to 3 %: check the number and its percent sign")
         if mesh.efficiency < _LEAST_EFFICIENCY:
             defect = f"{100 * (1 - mesh.efficiency):.4g} % of the power is lost"
             yield Remark(f"shafts.{name}.efficiency", defect, "a mesh passes 90 to 99 %, a worm gear 40 % or more: check it")

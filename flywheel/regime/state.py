@@ -24,6 +24,12 @@ from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import Point
 from flywheel.scene.scene import Mechanism, Scene, Stroke
 
+__all__ = [
+    "DRIVE", "ROUNDINGS", "MachineState", "Passage", "along", "at_speed", "beside", "conditions",
+    "mechanisms_rounded_otherwise", "own_coordinate", "passage_errors", "reduce", "rounded_otherwise", "spread",
+    "state_errors",
+]  # fmt: skip
+
 _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
 _ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
 _BALANCE_STEP = 1e-3  # of a balance: by which it is changed to see what its error does

@@ -12,6 +12,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
+__all__ = [
+    "CAM", "CRANK", "FIXED", "FRAME", "FREEDOMS", "GEAR", "PIN", "ROLLING", "SLIDE", "SLOT", "STROKE", "Coupling",
+    "Driver", "Joint", "Lift", "Link", "Linkage", "Point", "Side", "common_body", "offered", "shadowing", "straight",
+]  # fmt: skip
+
 FRAME = "frame"
 
 PIN, SLIDE, SLOT, FIXED = "pin", "slide", "pin-in-slot", "fixed"

@@ -31,6 +31,14 @@ if TYPE_CHECKING:
     from flywheel.components.wheel_stresses import WheelAsked
     from flywheel.scene.linkage import Linkage
 
+__all__ = [
+    "ANY", "AUDIT", "BODY", "CONFIRM", "DEFAULT_RTOL", "LEVELS", "MASS", "NORMAL", "NOT_NEGATIVE", "OWN_INERTIA", "POINT",
+    "POSITIVE", "PROOF", "RTOL", "TURN", "Areas", "Body", "Brake", "Clutch", "Compliance", "Damper", "Document", "Frozen",
+    "Inertia", "Key", "Law", "Load", "Mechanism", "Output", "Phase", "PointPort", "Range", "Samples", "Scene",
+    "SingleStroke", "Spring", "Stroke", "Table", "Transmission", "frozen", "left_out", "length", "level", "read_only",
+    "rtol_faults",
+]  # fmt: skip
+
 
 NORMAL, CONFIRM, AUDIT, PROOF = ("normal", "confirm", "audit", "proof")
 """The exact figures; these and periodic collocation; these and time stepping; these and proven intervals of them."""

@@ -199,7 +199,7 @@ def _hung(sentence: str, indent: str) -> Iterator[str]:
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
 _NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
-_WEAK = 1e-3  # per cent: a change whose derivative's error is not printed
+_WEAK = 1e-3  # percent: a change whose derivative's error is not printed
 
 
 def per(sensitivities: Sensitivities, path: str) -> str:
@@ -366,7 +366,7 @@ def _limits_kept(tolerance: Tolerance) -> list[str]:
         rows.append((f"{ends[0]}{name}{ends[1]} {_unit(unit)}".rstrip(), *_share(share, error)))
     if len(rows) > 1 and tolerance.kept is not None:
         rows.append(("all together", *_share(*tolerance.kept)))
-    return ["Probability that a limit is kept, in per cent", *_cut(columns(rows))]
+    return ["Probability that a limit is kept, in percent", *_cut(columns(rows))]
 
 
 def _share(share: float, error: float) -> tuple[str, str]:
@@ -382,7 +382,7 @@ def _plain(value: float, error: float) -> str:
 def _shares(tolerance: Tolerance, name: str) -> list[str]:
     shares = sorted(tolerance.spreads[name].shares.items(), key=lambda item: -item[1].total)
     rows = [(path, *_percent(share)) for path, share in shares]
-    title = f"Contributions to the variance of {name}, in per cent"
+    title = f"Contributions to the variance of {name}, in percent"
     return [title, *_cut(columns(rows, ("", "by itself", "", "with others", "")))]
 
 

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from flywheel.components.motors import Motor
     from flywheel.sizing.results import Synchronism
 
+__all__ = ["BLOCKS", "WIDTH", "Block", "lines_of", "machine_block", "material_name", "stress_place", "summary", "text"]
+
 WIDTH = 80
 _LINES, _MOST = 24, 26  # lines of the summary, and with the parts that have no shorter form
 _LEAST = 6  # least lines for the machine, however long the rest is

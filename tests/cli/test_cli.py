@@ -556,6 +556,25 @@ def _check_names(part: ModuleType) -> None:
     assert not {"Any", "np", "require"} & set(part.__all__)
 
 
+def test_every_module_that_the_documents_name_lists_its_names():
+    documents = [*ROOT.glob("*.md"), *ROOT.glob("flywheel/reference/*.md"), *ROOT.glob("examples/**/*.py")]
+    text = "".join(file.read_text("utf-8") for file in documents)
+    paths = {(path, "") for path in re.findall(r"\b(?:flywheel|bondgraph)(?:\.[a-z_]+)+", text)}
+    paths |= {
+        (home, name) for home, names in re.findall(r"from ([\w.]+) import ([\w, ]+)", text) for name in names.split(", ")
+    }
+    modules = set()
+    for path, name in paths:
+        home, _, last = (path, "", name) if name else path.rpartition(".")
+        for file, own in ((path, name), (home, last)):
+            if file.startswith(("flywheel.", "bondgraph.")) and (ROOT / f"{file.replace('.', '/')}.py").is_file():
+                part = import_module(file)
+                _check_names(part)
+                assert own in (*part.__all__, ""), path
+                modules.add(file)
+    assert len(modules) > 25
+
+
 def test_parts_are_imported_under_their_public_names():
     """As the README and the examples name them: modules of those names, which hold the functions of their homes."""
     from flywheel.linkage import solve

@@ -58,6 +58,12 @@ from flywheel.scene.linkage import (
     Side,
 )
 
+__all__ = [
+    "SETTLED", "WINDOW", "Bases", "Chain", "Equations", "Form", "Loops", "Poses", "Relation", "Track",
+    "check", "correction", "driver_scales", "inverse", "lift_at", "lift_bound", "loops", "on_way", "settle", "solved",
+    "split", "turned",
+]  # fmt: skip
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Chain = dict[tuple[str, int], complex]

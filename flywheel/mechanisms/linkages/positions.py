@@ -44,6 +44,8 @@ from flywheel.numerics.arguments import array, entry, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
+__all__ = ["Movement", "Solution", "Tangent", "follow", "placed", "solve", "solve_over", "tangent"]
+
 Array = NDArray[np.float64]
 
 

@@ -42,6 +42,14 @@ from flywheel.numerics.arguments import array, brief, entry, require, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
+__all__ = [
+    "COUPLE", "DRIVE", "FORCE", "FRICTION", "OPEN", "RADIAL", "Balance", "Component", "Contact", "Effort",
+    "Force", "Friction", "Load", "Pair", "Passive", "Response", "Sizes", "Torque", "Unknowns", "along", "applied",
+    "balance", "centres", "contact", "continued_sizes", "coulomb", "cross", "direction", "effort_pair", "friction_power",
+    "friction_sizes", "guide", "index", "inertial", "joint_rate", "masses", "perp", "response", "shoe_ends", "size_forms",
+    "unknowns", "values_at", "velocity", "weights",
+]  # fmt: skip
+
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
