@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     )
     from flywheel.designs.catalogue import SuitableMotors, suitable_motors
     from flywheel.designs.optimum import Optimum, optimize
+    from flywheel.designs.pareto import ParetoFront, pareto
     from flywheel.designs.sweep import sweep
     from flywheel.designs.sweep_results import Sweep
     from flywheel.designs.tolerance import Tolerance, tolerance
@@ -73,6 +74,7 @@ _HOMES = {
     "MachineState": "regime.state",
     "Motion": "motions.motion",
     "Optimum": "designs.optimum",
+    "ParetoFront": "designs.pareto",
     "PowerFlow": "sizing.results",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
@@ -96,6 +98,7 @@ _HOMES = {
     "load_linkage": "reading.scenes",
     "motion": "motions.kinematics",
     "optimize": "designs.optimum",
+    "pareto": "designs.pareto",
     "power_flow": "sizing.power_flow",
     "reduce": "regime.state",
     "run_down": "motions.transients",
@@ -130,6 +133,7 @@ __all__ = [
     "MachineState",
     "Motion",
     "Optimum",
+    "ParetoFront",
     "PowerFlow",
     "Scene",
     "SceneError",
@@ -165,6 +169,7 @@ __all__ = [
     "multibody",
     "notebooks",
     "optimize",
+    "pareto",
     "power_flow",
     "presses",
     "recovery",

@@ -445,8 +445,21 @@ def tolerance(
 
 @click.command(short_help="Find the numbers of a scene that minimize or maximize a figure.")
 @SCENE
-@click.option("--minimize", metavar="FIGURE", help="Such as flywheel.exact, flywheel.mass, power; or an expression of some.")
-@click.option("--maximize", metavar="FIGURE", help="The same, to maximize.")
+@click.option(
+    "--minimize",
+    multiple=True,
+    metavar="FIGURE",
+    help="Such as flywheel.exact, flywheel.mass, power; or an expression of some. Of several figures, also to maximize, the "
+    "designs are listed that no other one betters in all.",
+)
+@click.option("--maximize", multiple=True, metavar="FIGURE", help="The same, to maximize.")
+@click.option(
+    "--points",
+    type=click.IntRange(2, 1000),
+    default=9,
+    show_default=True,
+    help="Of several figures: the number of levels of each beyond the first.",
+)
 @click.option(
     "--over",
     callback=spans,
@@ -484,8 +497,9 @@ def tolerance(
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
 def optimize(
     scene: Path,
-    minimize: str | None,
-    maximize: str | None,
+    minimize: tuple[str, ...],
+    maximize: tuple[str, ...],
+    points: int,
     over: dict[str, Any],
     choose: dict[str, Any],
     limits: dict[str, tuple[Any, Any]],
@@ -498,30 +512,38 @@ def optimize(
 ) -> None:
     """Find the numbers of SCENE, within bounds, that minimize or maximize a figure and keep limits of other figures.
 
-    The best design is confirmed by sizing it and designs around it, none of which may be better. Ctrl-C ends the search and
-    prints the best design so far.
+    The best design is confirmed by sizing it and designs around it, none of which may be better. Of several figures the
+    command lists the front: the designs that no other one betters in one figure without being worse in another. Ctrl-C ends
+    the search and prints the best design so far.
     """
-    if (minimize is None) == (maximize is None):
+    if not (minimize or maximize):
         raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
     if not (over or choose):
         raise click.UsageError("Give --over PATH=LOW:HIGH or --choose PATH=VALUE,VALUE.")
-    if plot is not None and not over:
+    several = len(minimize) + len(maximize) > 1
+    if plot is not None and not over and not several:
         raise click.UsageError("--plot draws the search over numbers: give --over PATH=LOW:HIGH.")
     spare(scene, plot)
     with reported(scene):
-        from flywheel.designs import optimum as study
+        from flywheel.designs import optimum, pareto
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
-        options: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
-        machine_scene, options = loaded(scene), options | {"choose": choose, "jobs": jobs or 1, "progress": None}
+        options: dict[str, Any] = {"over": over, "choose": choose, "subject_to": limits, "starts": starts, "seed": seed}
+        machine_scene, options = loaded(scene), options | {"engine": engine, "jobs": jobs or 1, "progress": None}
+        result: optimum.Optimum | pareto.ParetoFront
         with _arguments(over, limits, choose, {"choose": None}):
-            result = study.optimize(machine_scene, minimize, **options, engine=engine)
+            if several:
+                result = pareto.pareto(machine_scene, minimize, maximize=maximize, points=points, **options)
+            else:
+                aim = "minimize" if minimize else "maximize"
+                result = optimum.optimize(machine_scene, **{aim: (minimize + maximize)[0]}, **options)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
-            _drawn(picture.plot_optimum, result, plot)
-        show(encoded(result.as_dict(), indent=2) if as_json else designs.optimum_text(result))
+            _drawn(picture.plot_front if isinstance(result, pareto.ParetoFront) else picture.plot_optimum, result, plot)
+        text = designs.front_text if isinstance(result, pareto.ParetoFront) else designs.optimum_text
+        show(encoded(result.as_dict(), indent=2) if as_json else text(result))
         for message in result.messages if as_json else ():
             click.echo(message, err=True)
     if result.interrupted:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from concurrent.futures import BrokenExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,7 +25,7 @@ import numpy as np
 
 from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
-from flywheel.designs.figures import progress_bar, with_earlier_marks, worker_pool
+from flywheel.designs.figures import each_of, with_earlier_marks
 from flywheel.machine.dynamics import dynamics_of
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
@@ -250,17 +249,8 @@ def suitable_motors(
     crank = _crank_speed(scene)
     ratio = _checked(scene, ratio, crank, terms)
     adjusted = crank if ratio == ADJUSTED else None
-    choices: list[MotorChoice] = []
     choice_of = partial(_choice, scene, adjusted, terms, rtol)
-    with progress_bar(len(catalogue.motors), progress, "motors") as bar, suppress(KeyboardInterrupt):
-        if jobs > 1:
-            with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
-                for choice in pool.map(choice_of, catalogue.motors):
-                    choices.append(choice)
-                    bar(1)
-        for motor in catalogue.motors[len(choices) :]:
-            choices.append(choice_of(motor))
-            bar(1)
+    choices = each_of(choice_of, catalogue.motors, jobs, progress, "motors")
     ordered = sorted((choice for choice in choices if choice.suits), key=_cheapest)
     suitable, failed = ordered, dict[str, MotorChoice]()
     with suppress(KeyboardInterrupt):

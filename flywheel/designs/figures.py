@@ -8,11 +8,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,8 @@ OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wh
 
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
 """How a design was sized: with many at once, so and refined, one by one; refused; or not yet."""
+
+Item, Outcome = TypeVar("Item"), TypeVar("Outcome")
 
 ENGINES = ("numpy", "numba", "size")
 """What sizes designs: many at once by numpy or numba, or `size` one by one."""
@@ -362,6 +364,23 @@ def _begin_work() -> None:
         os._exit(1)
 
     Thread(target=follow, daemon=True).start()
+
+
+def each_of(
+    function: Callable[[Item], Outcome], items: Sequence[Item], jobs: int, progress: bool | None, label: str
+) -> list[Outcome]:
+    """The values of a function of items in turn, by worker processes if `jobs` is above 1; those before an interruption."""
+    outcomes: list[Outcome] = []
+    with progress_bar(len(items), progress, label) as bar, suppress(KeyboardInterrupt):
+        if jobs > 1:
+            with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
+                for outcome in pool.map(function, items):
+                    outcomes.append(outcome)
+                    bar(1)
+        for item in items[len(outcomes) :]:
+            outcomes.append(function(item))
+            bar(1)
+    return outcomes
 
 
 def empty(count: int) -> Batch:

@@ -12,8 +12,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
-from concurrent.futures import BrokenExecutor
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -23,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.designs.figures import ENGINES, figures_of, progress_bar, worker_pool
+from flywheel.designs.figures import ENGINES, each_of, figures_of
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
@@ -242,9 +240,9 @@ def optimize(
         raise SceneError([Fault("minimize", request, "one figure, to minimize or to maximize")])
     aim, objective = ("minimize", minimize) if maximize is None else ("maximize", maximize)
     require("over", over or {}, Mapping, "paths of numbers, each with its bounds (low, high)")
-    combinations = _combinations(choose or {})
+    combinations = combinations_of(choose or {})
     search = partial(
-        _searched,
+        best_design,
         aim=aim,
         objective=objective,
         over=by_path(over or {}),
@@ -258,17 +256,7 @@ def optimize(
     )
     if not combinations:
         return search(scene)
-    alternatives = list[Alternative]()
-    best_with = partial(_alternative, scene, search)
-    with progress_bar(len(combinations), progress, "combinations") as bar, suppress(KeyboardInterrupt):
-        if jobs > 1:
-            with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
-                for alternative in pool.map(best_with, combinations):
-                    alternatives.append(alternative)
-                    bar(1)
-        for combination in combinations[len(alternatives) :]:
-            alternatives.append(best_with(combination))
-            bar(1)
+    alternatives = each_of(partial(_alternative, scene, search), combinations, jobs, progress, "combinations")
     sign = 1.0 if maximize is None else -1.0
     order = sorted(range(len(alternatives)), key=lambda k: _order(alternatives[k], sign))
     best = combinations[order[0]] if order else combinations[0]
@@ -285,14 +273,14 @@ def optimize(
     )
 
 
-class _Combination(NamedTuple):
+class Combination(NamedTuple):
     """Values to choose, by path: their names, and themselves."""
 
     names: dict[str, str]
     values: dict[str, Any]
 
 
-def _combinations(choose: Mapping[str, Any]) -> list[_Combination]:
+def combinations_of(choose: Mapping[str, Any]) -> list[Combination]:
     """All combinations of values to choose from, the last path varying fastest."""
     require("choose", choose, Mapping, "paths, each with the values to choose from")
     named, faults = dict[str, dict[str, Any]](), list[Fault]()
@@ -307,10 +295,10 @@ def _combinations(choose: Mapping[str, Any]) -> list[_Combination]:
     if not named:
         return []
     every = product(*(values.items() for values in named.values()))
-    return [_Combination(*(dict(zip(named, part, strict=True)) for part in zip(*items, strict=True))) for items in every]
+    return [Combination(*(dict(zip(named, part, strict=True)) for part in zip(*items, strict=True))) for items in every]
 
 
-def _alternative(scene: Scene, search: Callable[[Scene], Optimum], combination: _Combination) -> Alternative:
+def _alternative(scene: Scene, search: Callable[[Scene], Optimum], combination: Combination) -> Alternative:
     """The best figure with a combination of choices, or the reason why there is none."""
     try:
         optimum = search(scene.with_(combination.values))
@@ -326,7 +314,7 @@ def _order(alternative: Alternative, sign: float) -> float:
     return inf if alternative.value is None else sign * alternative.value
 
 
-def _searched(
+def best_design(
     scene: Scene,
     *,
     aim: str,
@@ -367,7 +355,7 @@ def _searched(
         return _optimum(problem, best, ends, 0, said)
 
 
-class _FigureFormula:
+class FigureFormula:
     """A figure, or an expression of figures and of numbers of the scene, some of which vary."""
 
     def __init__(self, family: Variation, text: object, path: str) -> None:
@@ -418,7 +406,7 @@ class _FigureFormula:
 class _Constraint(NamedTuple):
     """A formula between limits, in SI."""
 
-    formula: _FigureFormula
+    formula: FigureFormula
     low: float | None
     high: float | None
     implied: bool = False
@@ -435,12 +423,12 @@ class _Optimization:
     def __init__(self, family: Variation, aim: str, objective: str | None, bounds: Array, limits: Mapping[str, Any]) -> None:
         self.family, self.greatest = family, aim == "maximize"
         self.low, self.high = bounds
-        self.objective = _FigureFormula(family, objective, aim)
+        self.objective = FigureFormula(family, objective, aim)
         require("subject_to", limits, Mapping, "figures, each with its limits (low, high)")
         self.constraints = [_constraint(family, name, pair) for name, pair in limits.items()]
         wheel = family.scene.wheel
         if wheel is not None and wheel.material.allowable is not None:
-            self.constraints.append(_Constraint(_FigureFormula(family, _UTILISATION, "subject_to"), None, 1.0, implied=True))
+            self.constraints.append(_Constraint(FigureFormula(family, _UTILISATION, "subject_to"), None, 1.0, implied=True))
         self.search = 0
         self.points: list[tuple[Array, Array, int]] = []
 
@@ -532,7 +520,7 @@ def _bounds(family: Variation, over: Mapping[str, Any]) -> Array:
 def _constraint(family: Variation, name: str, pair: Any) -> _Constraint:
     """A limit, in SI."""
     path = f"subject_to {show(name)}"
-    formula = _FigureFormula(family, name, "subject_to")
+    formula = FigureFormula(family, name, "subject_to")
     return _Constraint(formula, *limits_of(pair, formula.unit, path))
 
 
@@ -724,7 +712,7 @@ def _at_ends(problem: _Optimization, best: Array) -> Array:
     return moved if other <= own + _GAIN * abs(own) else best
 
 
-def _error(formula: _FigureFormula, family: Variation, best: Array, values: Array, errors: Array) -> float:
+def _error(formula: FigureFormula, family: Variation, best: Array, values: Array, errors: Array) -> float:
     """The error of a formula: the sum of those of its figures."""
     at = best[:, None]
     middle, total = float(formula(family, at, values)[0]), 0.0

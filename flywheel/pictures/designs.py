@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from flywheel.designs.figures import FIGURES, selection
 from flywheel.designs.optimum import Optimum
+from flywheel.designs.pareto import ParetoFront
 from flywheel.designs.sweep_results import Sweep, objective
 from flywheel.designs.tolerance import Tolerance
 from flywheel.designs.variation import Sensitivities, change
@@ -74,6 +75,24 @@ def plot_tolerance(result: Tolerance, path: str | Path, names: Sequence[str] = (
 def plot_optimum(result: Optimum, path: str | Path) -> None:
     """Draws the course of an optimisation into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
     save(draw_optimum(result), path)
+
+
+def plot_front(result: ParetoFront, path: str | Path) -> None:
+    """Draws the front of several figures into a file: PNG, SVG or PDF, by its ending; ValueError for any other."""
+    save(draw_front(result), path)
+
+
+def draw_front(result: ParetoFront) -> Figure:
+    """The designs of a front: each of the other figures over the first."""
+    values = np.array([point.values for point in result.points]).T
+    names = [f"{name}, {_unit(unit)}".rstrip(", ") for name, unit in zip(result.objectives, result.units, strict=True)]
+    made = figure(7.5, 1.2 + 3.2 * (len(names) - 1), _heading(result.scene.title, "front of several figures"))
+    panels: Any = made.subplots(len(names) - 1, 1, squeeze=False, sharex=True)
+    for panel, row, name in zip(panels[:, 0], values[1:], names[1:], strict=True):
+        panel.plot(values[0], row, "o-" if len(names) == 2 else "o", color=BLUE, ms=4.5, lw=1.0)
+        name_axes(panel, "", "", name)
+    panels[-1, 0].set_xlabel(names[0])
+    return made
 
 
 def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figure:

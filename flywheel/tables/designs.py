@@ -15,6 +15,7 @@ import numpy as np
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
 from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, selection
 from flywheel.designs.optimum import KeptLimit, Optimum
+from flywheel.designs.pareto import ParetoFront
 from flywheel.designs.sweep_results import Sweep, blocks, objective
 from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
 from flywheel.designs.variation import Derivative, Sensitivities, change
@@ -444,6 +445,34 @@ def optimum_text(optimum: Optimum) -> str:
             ["Limits", *_cut(columns(limits))] if limits else [],
             ["The best design", *_cut(columns(figures))],
             [line for sentence in said for line in _wrapped(sentence)],
+        )
+    )
+
+
+def front_text(result: ParetoFront) -> str:
+    """The front of several figures: a row for each design, ordered by the first figure."""
+    senses = ["greatest" if greatest else "least" for greatest in result.greatest]
+    aims = " and ".join(f"the {sense} {name}" for sense, name in zip(senses, result.objectives, strict=True))
+    numbers = {path: unit for path, unit in result.number_units.items() if path not in result.objectives}
+    names = [*short_names(result.objectives).values(), *short_names(numbers).values()]
+    units = [*result.units, *map(_unit, numbers.values())]
+    head = [f"{name}{unit and f', {unit}'}" for name, unit in zip(names, units, strict=True)]
+    rows = [
+        (
+            *(figure(value, most=_DIGITS) for value in point.values),
+            *(_number_text(point.numbers[path], unit) for path, unit in numbers.items()),
+            *point.choices.values(),
+            "" if point.confirmed else "not confirmed",
+        )
+        for point in result.points
+    ]
+    choices = short_names(result.points[0].choices).values() if result.points else ()
+    said = (*result.messages, f"{result.searches} searches")
+    return paragraphs(
+        (
+            [*_title(result.scene.title), *_wrapped(f"Designs between {aims}: {len(rows)}")],
+            _cut(columns(rows, (*head, *choices, ""))),
+            [line for message in said for line in _wrapped(_sentence(message))],
         )
     )
 

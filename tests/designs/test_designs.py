@@ -705,3 +705,62 @@ def test_the_command_chooses_whole_numbers_texts_and_motors(tmp_path):
     ):
         wrong = run(*options)
         assert (wrong.exit_code, told in " ".join(wrong.stderr.split())) == (2, True)
+
+
+# -- several figures ---------------------------------------------------------------------------------------------------
+
+
+def test_the_front_of_power_and_flywheel_lies_on_its_closed_form():
+    """Over the load's end b: power T b w/2pi, flywheel T b (1 - b/2pi)/(eps w²), which both grow with b up to pi."""
+    over = {"load.0.to": ("40 deg", "170 deg")}
+    found = flywheel.pareto(flywheel.load(ROTOR), ["exact"], maximize=["power"], over=over, points=5, samples=4, starts=1)
+    ends = np.array([point.numbers["load.0.to"] for point in found.points])
+    assert ends == pytest.approx(
+        np.radians(np.linspace(40, 170, 5)), rel=1e-8
+    )  # levels of power are even, as it is b's share
+    exact, power = np.array([point.values for point in found.points]).T
+    assert power == pytest.approx(100 * ends * 30 / math.tau, rel=1e-8)
+    assert exact == pytest.approx(100 * ends * (1 - ends / math.tau) / (0.01 * 30**2), rel=1e-8)
+    assert (found.greatest, found.units, found.searches) == ((False, True), ("kg m^2", "W"), 5)
+    assert all(point.confirmed for point in found.points)
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_choice_that_is_worse_in_everything_has_no_design_in_the_front(jobs):
+    """Load T or 2 T from 0 to b: with 2 T the same power takes half of b, and more flywheel."""
+    scene, over = flywheel.load(ROTOR), {"load.0.to": (1.0, 2.0)}
+    options = {"over": over, "choose": {"load.0.torque": [-100, -150]}, "points": 3, "samples": 4, "starts": 1, "jobs": jobs}
+    found = flywheel.pareto(scene, ["energy_fluctuation"], maximize=["load.0.to"], **options)
+    assert {point.choices["load.0.torque"] for point in found.points} == {"-100"}
+    assert [point.numbers["load.0.to"] for point in found.points] == pytest.approx([1.0, 1.5, 2.0], rel=1e-8)
+    assert found.searches == 2 * (2 + 1)
+
+
+def test_three_figures_and_limits_of_a_front():
+    over = {"load.0.to": (1.0, 2.0), "flywheel.irregularity": (0.01, 0.03)}
+    options = {"over": over, "points": 2, "samples": 4, "starts": 1, "subject_to": {"power": (None, 800.0)}}
+    objectives = ["exact", "flywheel.irregularity"]
+    found = flywheel.pareto(flywheel.load(ROTOR), objectives, maximize=["power"], **options)
+    values = np.array([point.values for point in found.points])
+    assert values[:, 2].max() == pytest.approx(800.0, rel=1e-8)
+    better = (values[:, None, :2] <= values[None, :, :2]).all(axis=2) & (values[:, None, 2] >= values[None, :, 2])
+    assert better.sum() == len(values)  # each only as good as itself
+    for objectives, told in ((["exact"], "two or more figures"), (["exact", "exact"], "two or more figures")):
+        with pytest.raises(flywheel.SceneError, match=told):
+            flywheel.pareto(flywheel.load(ROTOR), objectives, over=over)
+    with pytest.raises(flywheel.SceneError, match="mass: found no figure of this scene"):
+        flywheel.pareto(flywheel.load(ROTOR), ["exact", "mass"], over=over, samples=4, starts=1)
+
+
+def test_the_command_lists_and_draws_a_front(tmp_path):
+    scene, picture = tmp_path / "rotor.toml", tmp_path / "front.png"
+    scene.write_text(
+        "load = [{on = 'crank', torque = '-100 N m', from = 0, to = '90 deg'}]\n"
+        "drive.torque = 'balance'\nregime.speed = '300 rpm'\nflywheel.irregularity = 0.02\n"
+    )
+    figures = ("--minimize", "exact", "--maximize", "power", "--points", "3", "--starts", "1", "--plot", str(picture))
+    run = CliRunner().invoke(main, ["optimize", str(scene), "--over", "load.0.to=40deg:170deg", *figures])
+    assert run.exit_code == 0, run.stderr
+    assert run.stdout.startswith("Designs between the least exact and the greatest power: 3\n")
+    assert [line.split()[2] for line in run.stdout.splitlines()[3:6]] == ["40", "105", "170"]
+    assert picture.stat().st_size > 5_000
