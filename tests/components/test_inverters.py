@@ -53,6 +53,18 @@ def test_on_the_frequency_of_its_mains_it_is_the_motor_of_the_mains():
     assert (motor.rated, motor.stable) == (MAINS.rated, pytest.approx(MAINS.stable))
 
 
+@pytest.mark.parametrize("frequency", [35.0, 50.0])
+def test_the_slip_of_a_limited_torque_is_that_of_the_circuit_and_continuous(frequency):
+    """Just below the corner of a weakened field the greatest slip speed is that of the set frequency, not breakdown's."""
+    motor = fed(frequency, 1.1, 40.0)
+    speeds = motor.field_speed - np.linspace(0.5, 1.5, 2001) * float(motor.corner)
+    slips, torques = motor.slip_speed(speeds), motor.torque(speeds)
+    for omega, slip, torque in zip(speeds[::40], slips[::40], torques[::40], strict=True):
+        own = 50.0 * (omega + slip) / FIELD  # frequency at which it turns so
+        assert rotor_circuit(own, omega, 40.0)[0] == pytest.approx(torque, rel=1e-9)
+    assert np.abs(np.diff(slips)).max() < 2e-3 * motor.field_speed
+
+
 def highest(motor: InverterInduction, omega: float) -> tuple[float, float]:
     """Frequency's field and torque at a speed: the highest field up to the set one with the limit and breakdown kept."""
 

@@ -25,7 +25,7 @@ _FLOOR = 1e-8  # relative, beside the estimate: what the oracle itself is good t
 
 def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
     """A scene with clutch and brake, and the same in plain numbers."""
-    rng, more = (np.random.default_rng([seed, kind]) for kind in (77, 78))
+    rng, more, again = (np.random.default_rng([seed, kind]) for kind in (77, 78, 79))
     crank_speed, ratio, belt = spread(rng, 3.0, 12.0), short(rng.uniform(1.0, 8.0), 3), short(rng.uniform(0.5, 6.0), 3)
     wheel_speed = crank_speed * ratio
     turns, gear, belts = chance(rng, 0.4), short(rng.uniform(0.85, 1.0), 3), short(rng.uniform(0.85, 1.0), 3)
@@ -93,8 +93,11 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
         drive: Scene = {"on": "motor", "torque": f"{slope!r}*({speed!r} - omega)"}
         text = drive["torque"]
         if chance(more, 0.4):
-            drive = {"on": "motor", "motor": _servo(more, short(power / speed), speed)}
-            text = servo(drive["motor"])
+            motor = _servo(more, short(power / speed), speed)
+            drive, text = {"on": "motor", "motor": motor}, servo(motor)
+            rest = motor["standstill_torque"] = short(motor["torque"] * again.uniform(1.0, 1.5))
+            judged = _judged_servo(motor, rest, _law(text), _warms(again, motor, period))
+            _brakes(again, motor, power)
     else:
         power = short(power + 1.0)
         full = speed * rng.uniform(0.92, 0.97)
@@ -102,16 +105,8 @@ def drawn_strokes(seed: int) -> tuple[Scene, Plan]:
         motor["frequency"] = f"{short(speed / TURN)!r} Hz"
         if chance(more, 0.5):
             _fed(more, motor)
-        drive, text, bodies = {"on": "motor", "motor": motor}, kloss(motor), ()
-        if chance(rng, 0.6):
-            constant, warmth, share = short(period * 10 ** rng.uniform(-0.5, 3.0)), short(rng.uniform(30.0, 100.0)), 0.0
-            motor["thermal"] = {"time_constant": constant, "class": "F", "rise": f"{warmth!r} K"}
-            if chance(rng, 0.5):
-                share, quick = short(rng.uniform(0.1, 0.6), 2), short(constant * rng.uniform(0.02, 0.5))
-                motor["thermal"] |= {"winding_time_constant": quick, "winding_share": share}
-                bodies = ((1.0 - share) * warmth, constant), (share * warmth, quick)
-            else:
-                bodies = ((warmth, constant),)
+            _brakes(again, motor["inverter"], power)
+        drive, text, bodies = {"on": "motor", "motor": motor}, kloss(motor), _warms(rng, motor, period)
         most, heat = rated(motor)
         lost, law = slip_heat(motor), _law(text)
         judged = Rated(most, np.vectorize(lambda w: lost(law(w), w) / heat), bodies, 105.0 if bodies else math.inf, heat)
@@ -168,6 +163,38 @@ def _servo(rng: Rng, torque: float, speed: float) -> Scene:
     return motor | {"maximum_speed": short(1.6 * speed), "efficiency": 0.9, "braking": "regenerative"}
 
 
+def _judged_servo(motor: Scene, rest: float, law: Any, bodies: tuple[tuple[float, float], ...]) -> Rated:
+    """A servo drive's rated figures: losses by torque and continuous curve, current by torque."""
+    torque, speed = motor["torque"], motor["speed"]
+
+    def losses(omega: Any) -> Any:
+        curve = max(0.0, rest - (rest - torque) * abs(omega) / speed)
+        return (law(omega) ** 2 + rest**2 - curve**2) / rest**2
+
+    heat, limit = torque * speed * (1.0 / motor["efficiency"] - 1.0), 105.0 if bodies else math.inf
+    return Rated(torque, np.vectorize(losses), bodies, limit, heat, lambda omega: abs(law(omega)) / torque)
+
+
+def _warms(rng: Rng, motor: Scene, period: float) -> tuple[tuple[float, float], ...]:
+    """Gives a motor windings that warm up, mostly: rise (K) and time constant (s) of each part."""
+    if not chance(rng, 0.6):
+        return ()
+    constant, warmth = short(period * 10 ** rng.uniform(-0.5, 3.0)), short(rng.uniform(30.0, 100.0))
+    motor["thermal"] = {"time_constant": constant, "class": "F", "rise": f"{warmth!r} K"}
+    if not chance(rng, 0.5):
+        return ((warmth, constant),)
+    share, quick = short(rng.uniform(0.1, 0.6), 2), short(constant * rng.uniform(0.02, 0.5))
+    motor["thermal"] |= {"winding_time_constant": quick, "winding_share": share}
+    return ((1.0 - share) * warmth, constant), (share * warmth, quick)
+
+
+def _brakes(rng: Rng, table: Scene, power: float) -> None:
+    """Gives an inverter one of the uses of what its motor returns."""
+    table["braking"] = str(rng.choice(["none", "regenerative", "resistor"]))
+    if table["braking"] == "resistor":
+        table["chopper_power"] = short(power * 10 ** rng.uniform(-2.0, 0.5))
+
+
 def _fed(rng: Rng, motor: Scene) -> None:
     """Puts a motor of two poles and another frequency of the mains on an inverter that turns its field as fast."""
     hertz = float(motor["frequency"].split()[0])
@@ -180,7 +207,6 @@ def _fed(rng: Rng, motor: Scene) -> None:
     motor["power"] = short(torque * motor["speed"])
     motor["inverter"] = {"frequency": f"{hertz!r} Hz", "overcurrent": short(rng.uniform(1.5, 3.0), 3)}
     motor["inverter"] |= {"torque_limit": short(rng.uniform(0.9, 2.2), 3)} if chance(rng, 0.6) else {}
-    motor["inverter"] |= {"braking": str(rng.choice(["none", "regenerative"]))}
 
 
 def tried_strokes(seed: int) -> list[Verdict]:
@@ -212,7 +238,9 @@ def tried_strokes(seed: int) -> list[Verdict]:
             true.pop(name, None)
     else:
         tripped = ["overcurrent"] * (true["inverter_current"] > motor.inverter.overcurrent)
-        tripped += ["overvoltage"] * (motor.inverter.braking == "none" and true["power_returned"] > 1e-9 * motor.power)
+        returned = true["power_returned"]
+        tripped += ["overvoltage"] * (motor.inverter.braking == "none" and returned > 1e-9 * motor.rated.power)
+        tripped += ["chopper_power"] * (motor.inverter.braking == "resistor" and returned > motor.inverter.chopper_power)
         if tripped != [trip.kind for trip in found.trips]:
             lines.append(f"trips {[trip.kind for trip in found.trips]}, beside {tripped}")
     for name, right in true.items():

@@ -102,8 +102,10 @@ def kloss(row: dict[str, Any]) -> str:
     if limit < flux**2 * most * rated:
         share = limit / (flux**2 * most * rated)
         corner = ub * (1 - math.sqrt(1 - share**2)) / share
+    top = 2 * most * rated * ub
     driven, braked = (
-        f"min({limit!r}, {most * rated!r}*min(1, {fed[2]!r}/max(1e-9, omega {sign} {ub!r}))**2)" for sign in "+-"
+        f"min({limit!r}, {top!r}*{u}/({u}**2 + {ub**2!r})*min(1, {fed[2]!r}/max(1e-9, omega {sign} {u}))**2)"
+        for sign, u in (("+", f"min({ub!r}, {field!r} - omega)"), ("-", f"min({ub!r}, omega - {field!r})"))
     )
     return f"({driven} if omega < {field - corner!r} else {text} if omega < {field + corner!r} else -{braked})"
 
@@ -139,7 +141,8 @@ def slip_heat(row: dict[str, Any]) -> Callable[[float, float], float]:
         slip = way * (fed[0] - omega)
         gap = lacking(slip)
         if fed[3] is not None and abs(gap) > 1e-7 * top:  # held by its limit, at another frequency
-            slip = brentq(lacking, 0.0, ub, xtol=1e-13) if lacking(ub) > 1e-9 * top else ub
+            most_slip = min(ub, slip)
+            slip = brentq(lacking, 0.0, most_slip, xtol=1e-13) if lacking(most_slip) > 1e-9 * top else most_slip
         elif (
             fed[3] is not None and (rise := lacking(slip + 1e-5 * ub) - gap) > 1e-6 * top
         ):  # or just so, where the limit begins

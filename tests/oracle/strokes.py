@@ -67,7 +67,7 @@ class Plan(NamedTuple):
 class Rated(NamedTuple):
     """Of a motor: rated torque (N m), losses at a speed over the rated ones, its bodies, and the rise (K) that it bears.
 
-    `heat` are the rated losses (W), by which its current goes.
+    `heat` are the rated losses (W), by which its current goes, if `current` at a speed over the rated one is not given.
     Each body has its rise (K) at the rated point and its time constant (s); none if the windings are not judged.
     """
 
@@ -76,6 +76,7 @@ class Rated(NamedTuple):
     bodies: tuple[tuple[float, float], ...] = ()
     limit: float = math.inf
     heat: float = math.nan
+    current: Callable[[float], float] | None = None
 
 
 def gains(plan: Plan, phi: Any, way_of: int = 1) -> tuple[Any, Any, Any]:
@@ -398,7 +399,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
         times, lasting, losses = run.losses(plan.rated)
         warm["motor_heat"] = float(lasting @ losses) / plan.period
         heat, share, motor_of = plan.rated.heat, plan.rated.losses, plan.motor
-        warm["inverter_current"] = run.greatest(lambda w: math.sqrt(share(w)))
+        warm["inverter_current"] = run.greatest(plan.rated.current or (lambda w: math.sqrt(share(w))))
         warm["power_returned"] = max(0.0, run.greatest(lambda w: -motor_of(w) * w - heat * share(w)))
         if plan.rated.bodies:
             warm["temperature"] = warmest(plan.rated, plan.period, times, lasting, losses)

@@ -206,12 +206,16 @@ class InverterInduction(Induction):
             return np.asarray(self.field_speed - speeds)
         way, reach = np.where(speeds < self.field_speed, 1.0, -1.0), self._breakdown_reach
         share = self.torque_limit / self.mains.breakdown_torque
-        low, high = np.zeros_like(speeds), np.full_like(speeds, reach)
+
+        def less(u: Array) -> Array:
+            return self.flux(speeds + way * u) ** 2 * 2.0 * u * reach / (u * u + reach * reach) < share
+
+        low, greatest = np.zeros_like(speeds), np.minimum(reach, np.abs(speeds - self.field_speed))
+        high = greatest
         for _half in range(_HALVINGS):
             u = 0.5 * (low + high)
-            less = self.flux(speeds + way * u) ** 2 * 2.0 * u * reach / (u * u + reach * reach) < share
-            low, high = np.where(less, u, low), np.where(less, high, u)
-        within = np.where(self.flux(speeds + way * reach) ** 2 <= share, reach, high)
+            low, high = np.where(less(u), u, low), np.where(less(u), high, u)
+        within = np.where(less(greatest), greatest, high)
         limited = np.abs(speeds - self.field_speed) > self.corner
         return np.asarray(np.where(limited, way * within, self.field_speed - speeds))
 
