@@ -229,6 +229,7 @@ _NARROW = 0.15  # of the distance of positions: half the width of a cell whose o
 _FORCE_ROUNDING = 1e-12  # of the largest force
 _DIGITS = 5
 _DEGREE_ERROR = 1e-9  # deg
+_MOSTLY = 0.5  # share of unknown values of a couple from which on it is unknown, though known at stretched positions
 
 
 class Curve(NamedTuple):
@@ -568,7 +569,7 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *
     for k, joint in enumerate(figures["joints"]):
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
         is_belt = joint["kind"] == "coupling" and "moment" in joint
-        if largest is None or (is_belt and not np.isfinite(np.diff(joint["moment"])).any()):
+        if largest is None or (is_belt and np.isnan(joint["moment"]).mean() > _MOSTLY):
             about = _("Unknown: redundant constraints, or friction locks.")
             yield Row(key, title, _("force"), "N", about, ())
             continue
