@@ -429,7 +429,7 @@ def _balance(sizing: Sizing, units: TradeUnits) -> Iterator[Row]:
 
 
 def _or_horses(value: float, units: TradeUnits) -> str:
-    return "" if units.name == "us" else f"= {US.written(abs(value), 'power')}"
+    return "" if units.name == "us" else f"= {US.written(value, 'power')}"
 
 
 def _power(label: str, value: float, note: str, units: TradeUnits) -> Row:

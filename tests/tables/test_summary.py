@@ -99,6 +99,13 @@ def test_a_flywheel_that_keeps_the_limit_where_lighter_ones_are_unknown_is_an_up
     assert "too small" not in scene_report.text(bound)
 
 
+def test_power_has_the_same_sign_in_every_unit():
+    braking = block(sized(load=[{"on": "yoke", "force": -1000.0, "from": 0, "to": "180 deg"}]), "drive")
+    row = next(row for row in braking.rows if row.label == "mean power")
+    assert row.value.startswith("-")
+    assert row.note.startswith("= -1.3")
+
+
 def test_units_of_the_united_states_are_those_of_the_same_figures():
     sizing = sized()
     found = block(sizing, "flywheel", "us")
