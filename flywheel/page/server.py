@@ -365,6 +365,9 @@ class InvitedError(Exception):
     """A browser that was opened with an invitation, and is redirected to the page."""
 
 
+_ELSEWHERE = "Each run of flywheel open has an address of its own: open the one that it has printed.\n"
+
+
 class RefusedError(Exception):
     """A request that is answered with a status alone."""
 
@@ -547,7 +550,8 @@ class _Handler(BaseHTTPRequestHandler):
         except InvitedError:
             reply = Reply(b"", "txt", HTTPStatus.SEE_OTHER)
         except RefusedError as refused:
-            reply = Reply(f"{refused.status.value} {refused.status.phrase}\n".encode(), "txt", refused.status)
+            words = _ELSEWHERE if refused.status is HTTPStatus.NOT_FOUND else ""
+            reply = Reply(f"{refused.status.value} {refused.status.phrase}\n{words}".encode(), "txt", refused.status)
         except TimeoutError:
             status = HTTPStatus.REQUEST_TIMEOUT
             reply = Reply(f"{status.value} {status.phrase}\n".encode(), "txt", status)
