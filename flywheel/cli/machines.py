@@ -254,13 +254,13 @@ def reduce(
 @click.option(
     "--map", "mapped", is_flag=True, help="Print the element that each part became; the picture has parts in colours."
 )
-@language_option("Language of map and messages (default en).")
+@language_option("Language of map, picture and messages (default en).")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool, mapped: bool, language: str | None) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     if mapped and form == "latex":
         raise click.UsageError("--map is text or markdown: --format latex is for the table of bonds.")
-    if language is not None and not mapped:
-        raise click.UsageError("--language is that of the map: add --map.")
+    if language is not None and not mapped and plot is None:
+        raise click.UsageError("--language is that of map and picture: add --map or --plot.")
     spare(scene, plot)
     with reported(scene):
         from flywheel.language import message, use
