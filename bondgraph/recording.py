@@ -18,7 +18,7 @@ import math
 import operator
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import lru_cache, partial, reduce
+from functools import lru_cache, reduce
 from itertools import accumulate, combinations
 from numbers import Real
 from types import CodeType, FunctionType, SimpleNamespace
@@ -77,7 +77,8 @@ class Recorder:
     [True, False]
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, exact: bool = False) -> None:
+        self.exact = exact  # the inputs stand for numbers without rounding: what is solved for stays a call
         self.inputs: list[Recorded] = []
         self.guards: list[tuple[Recorded, str, bool]] = []  # difference, less, less_equal or equal to 0, whether it holds
         self._names: list[str] = []
@@ -100,7 +101,7 @@ class Recorder:
             return shorter
         numbers, values = [], []
         for operand in operands:
-            node = operand if type(operand) is Recorded and operand.recorder is self else self._of(operand)
+            node = operand if type(operand) is Recorded and operand.recorder is self else self.node(operand)
             numbers.append(node.number)
             if node.value is not None:
                 values.append(node.value)
@@ -112,7 +113,7 @@ class Recorder:
 
     def compared(self, name: str, left: Any, right: Any) -> Any:
         """A comparison: of parameters its answer, on record as a guard; of variables a recorded truth value."""
-        a, b = self._of(left), self._of(right)
+        a, b = self.node(left), self.node(right)
         if a.value is None or b.value is None:
             return self.operation(name, (left, right))
         answer: bool = _COMPARISONS[name][1](a.value, b.value)
@@ -130,7 +131,7 @@ class Recorder:
 
         inputs: the arguments, in turn; all there are where none are given. A TypeError where others are needed too.
         """
-        numbers = [self._of(output).number for output in outputs]
+        numbers = [self.node(output).number for output in outputs]
         live, todo = set(numbers), list(numbers)
         while todo:
             entry = self._tape[todo.pop()]
@@ -161,12 +162,15 @@ class Recorder:
         rows = zip(steady, columns, strict=True)
         return [column[0] if same else self.operation("entry", (tuple(column), interval)) for same, column in rows]
 
-    def call(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
-        """A call that stays a call: one number (results = 0), or as many as the tuple that it returns holds."""
-        node = self._kept(("call", *[self._of(value).number for value in (function, *arguments)]))
+    def call(
+        self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0, values: Sequence[Any] | None = None
+    ) -> Any:
+        """A call that stays a call: one number (results = 0), or all entries of its tuple, with their present values."""
+        node = self._kept(("call", *[self.node(value).number for value in (function, *arguments)]))
         if not results:
             return node
-        return [self._kept(("entry", node.number, self._place(("index", k), k).number)) for k in range(results)]
+        entries = [("entry", node.number, self._place(("index", k), k).number) for k in range(results)]
+        return [self._kept(*entry) for entry in zip(entries, values or [None] * results, strict=True)]
 
     def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """The result of a function of recorded numbers, operation by operation; a call where that cannot be recorded.
@@ -193,7 +197,7 @@ class Recorder:
             program, tuple(relation for _, relation, _ in self.guards), tuple(holds for *_, holds in self.guards)
         )
 
-    def _of(self, value: Any) -> Recorded:
+    def node(self, value: Any) -> Recorded:
         """The node of a recorded number, or of a constant: places are distinguished by the bits of their values."""
         if isinstance(value, Recorded):
             if value.recorder is not self:
@@ -214,10 +218,10 @@ class Recorder:
             self._tape.append(("place", value))
         return earlier
 
-    def _kept(self, key: tuple[Any, ...]) -> Recorded:
+    def _kept(self, key: tuple[Any, ...], value: Any = None) -> Recorded:
         """The node of an operation, made if it does not exist yet."""
         earlier = self._nodes.get(key)
-        return self._node(key, None) if earlier is None else earlier
+        return self._node(key, value) if earlier is None else earlier
 
     def _node(self, key: tuple[Any, ...], value: Any) -> Recorded:
         node = self._nodes[key] = Recorded(self, len(self._tape), value)
@@ -865,36 +869,30 @@ def _statements(first: int, operations: tuple[Any, ...], outputs: tuple[int, ...
     return statement
 
 
-@lru_cache(maxsize=64)
-def _kernel(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
-    import numba  # an extra: only who asks for machine code needs it
-
-    space = {**_GLOBALS["math"], "searchsorted": np.searchsorted}
-    exec(compile(_source("numba", inputs, places, operations, outputs), "<recorded>", "exec"), space)
-    return numba.njit(space["recorded"], error_model="numpy", nogil=True)
-
-
 def _over_broadcast(program: Program) -> Callable[..., tuple[Any, ...]]:
     """A kernel over arrays that broadcast, one state after another."""
-    run = _loop(len(program.inputs), program._lengths, program.operations, program.outputs)
-    return partial(_run, run, program.constants, len(program.outputs))
+    run, places = _loop(len(program.inputs), program._lengths, program.operations, program.outputs), program.constants
 
+    def over(*inputs: Any) -> tuple[Any, ...]:
+        arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in inputs))
+        shape = arrays[0].shape if arrays else ()
+        outcome = np.empty((len(program.outputs), math.prod(shape)))
+        run(np.array([array.ravel() for array in arrays]).reshape(len(arrays), -1), places, outcome)
+        return tuple(row.reshape(shape)[()] for row in outcome)
 
-def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in inputs))
-    shape = arrays[0].shape if arrays else ()
-    outcome = np.empty((outputs, math.prod(shape)))
-    run(np.array([array.ravel() for array in arrays]).reshape(len(arrays), -1), places, outcome)
-    return tuple(row.reshape(shape)[()] for row in outcome)
+    return over
 
 
 @lru_cache(maxsize=64)
 def _loop(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
-    import numba
+    """Machine code that runs a program state by state."""
+    import numba  # an extra: only who asks for machine code needs it
 
-    space = {"kernel": _kernel(inputs, places, operations, outputs)}
+    space = {**_GLOBALS["math"], "searchsorted": np.searchsorted}
+    exec(compile(_source("numba", inputs, places, operations, outputs), "<recorded>", "exec"), space)
+    kernel = numba.njit(space["recorded"], error_model="numpy", nogil=True)
     arguments = ", ".join(f"inputs[{k}, i]" for k in range(inputs))
     assigned = "\n        ".join(f"found[{k}, i] = row[{k}]" for k in range(len(outputs)))
     text = f"def run(inputs, places, found):\n    for i in range(found.shape[1]):\n        row = kernel({arguments}, places)"
-    exec(compile(f"{text}\n        {assigned}\n", "<recorded>", "exec"), space)
+    exec(compile(f"{text}\n        {assigned}\n", "<recorded>", "exec"), space := {"kernel": kernel})
     return numba.njit(space["run"], nogil=True)

@@ -682,7 +682,8 @@ class Machine:
         """Velocity, force (N) along it and body of every weight."""
         gx, gy = self.scene.gravity or (0.0, 0.0)
         for weight in self._families[mechanism.name].weights if self.scene.gravity is not None else ():
-            force = weight.mass * (gx * cos(weight.direction) + gy * sin(weight.direction))
+            upright = weight.direction == 0.5 * np.pi  # the cosine of this float is not 0
+            force = weight.mass * (gy if upright else gx * cos(weight.direction) + gy * sin(weight.direction))
             if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
                 yield weight.velocity, force, weight.body
 

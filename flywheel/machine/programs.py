@@ -47,7 +47,7 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace, present
 from flywheel.numerics.switching import SwitchingError, followed, narrow
 from flywheel.reading.paths import with_numbers
-from flywheel.scene.scene import Scene, Table
+from flywheel.scene.scene import Load, Scene, Table
 
 Array = NDArray[Any]
 Function = Callable[[Any], tuple[Any, Any]]
@@ -615,14 +615,15 @@ def recorded(
     ):
         if excluded:
             raise UnrecordedError(what)
-    twin, recorder = Machine(base), Recorder()
+    twin, recorder = Machine(base), Recorder(exact=zeros)
     phi = recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
     try:
         with np.errstate(all="ignore"):
             for path in fixed:
                 recorder.compared("equal", numbers[path], numbers[path].value)
-            machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in fixed}), twin)
+            own = base.with_({path: numbers[path] for path in paths if path not in fixed})
+            machine = RecordedMachine(_on_record(own, recorder) if zeros else own, twin)
             structure = _structure(machine, recorder, phi, tuple(paths))
             followed = machine.zeros if zeros else []
             inputs = recorder.inputs[: 1 + len(paths)]
@@ -632,6 +633,22 @@ def recorded(
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
         raise UnrecordableError(f"{', '.join(paths)} cannot vary in a program ({error})") from error
+
+
+def _on_record(scene: Scene, recorder: Recorder) -> Scene:
+    """A scene with the numbers in its loads' expressions on record, so that nothing is calculated with them beforehand."""
+
+    def lifted(node: expressions.Node) -> expressions.Node:
+        if node.op == "number" and not isinstance(node.number, Recorded) and node.number != int(node.number):
+            return node._replace(number=recorder.node(node.number))
+        return node._replace(args=tuple(map(lifted, node.args)))
+
+    def changed(load: Load) -> Load:
+        law = load.law
+        return load._replace(law=Expression(law.text, lifted(law.tree))) if isinstance(law, Expression) else load
+
+    drive = None if scene.drive is None else changed(scene.drive)
+    return replace(scene, loads=tuple(map(changed, scene.loads)), drive=drive)
 
 
 def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
@@ -699,8 +716,9 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         return structure
     own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
     rates = {id(walks[k]): _rate(machine, recorder, phi, *at, 0.5 * (pieces[k] + pieces[k + 1])) for k in walks}
-    moving = tuple(walk._replace(rate=rates[id(walk)]) for walk in stretches)
-    return replace(structure, walks=moving, conditions=recorder.conditions(own))
+    moving = {id(walk): walk._replace(rate=rates[id(walk)]) for walk in walks.values()}
+    walks_of_all = tuple(moving[id(walk)] for walk in stretches)
+    return replace(structure, walks=walks_of_all, conditions=recorder.conditions(own))
 
 
 def _rate(

@@ -17,7 +17,7 @@ from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, 
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace, present
+from flywheel.numerics.jets import Jet, jet_namespace, presents
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.scene.scene import Key, Mechanism, Output, Samples, Table, read_only
 
@@ -126,7 +126,7 @@ class LawPosition:
     """
 
     def __init__(self, curves: Mapping[str, PositionCurve], period: float, psi: Any, ns: Any, anchor: Any = None) -> None:
-        middle = np.asarray(present(psi if anchor is None else anchor), dtype=float)
+        middle = presents(psi if anchor is None else anchor)
         self.psi, self.ns = psi, ns
         self.turns = np.floor(middle / period)
         self._curves, self._period, self._middle = curves, period, middle

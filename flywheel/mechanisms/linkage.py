@@ -8,8 +8,8 @@ wide for the proof get bounds without end, so that they are cut. Rounding is cov
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, replace
 from functools import cached_property, lru_cache, partial, reduce
 from math import cos, sin, tau
 from typing import Any, NamedTuple
@@ -18,15 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.numerics import root
-from bondgraph.recording import Recorded
+from bondgraph.recording import Complex, Program, Recorded, Recorder
 from flywheel.mechanisms import KINDS, families
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
 from flywheel.mechanisms.linkages.assembly import LEAVE
-from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
+from flywheel.mechanisms.linkages.equations import WINDOW, Equations, Form, Loops, cis, inverse, loops, vector
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import is_recorded, present
+from flywheel.numerics.jets import cos as cosine_of
+from flywheel.numerics.jets import is_recorded, mapped, present, presents
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import Key, Mechanism
 
@@ -114,11 +115,20 @@ _SAME_LOCK = 1e-6  # rad
 
 
 class Cyclic(NamedTuple):
-    """A linkage followed over its period (rad; None on a stroke), and the gain of each variable in it."""
+    """A linkage followed over its period (rad; None on a stroke), and the gain of each variable in it.
+
+    `unknowns` are its own where lengths are recorded; None if all are plain.
+    """
 
     solution: Solution
     period: float | None
     winding: Array
+    unknowns: Unknowns | None = None
+
+    @property
+    def loops(self) -> Loops:
+        """The loops from which the places of bodies follow."""
+        return self.solution.equations.loops if self.unknowns is None else self.unknowns.loops
 
 
 def followed(mechanism: Mechanism) -> Cyclic:
@@ -126,9 +136,11 @@ def followed(mechanism: Mechanism) -> Cyclic:
     linkage = mechanism.linkage
     if linkage is None:
         raise ValueError("a mechanism of type linkage needs its linkage")
-    if any(is_recorded(link.mass) or is_recorded(link.inertia) for link in linkage.links):  # no position depends on them
-        links = (link._replace(mass=present(link.mass), inertia=present(link.inertia)) for link in linkage.links)
-        linkage = replace(linkage, links=tuple(links))
+    if _numbers(linkage):
+        plain, lengths = followed(replace(mechanism, linkage=_mapped(linkage, present))), _numbers(_unweighed(linkage))
+        if lengths and not lengths[0].recorder.exact:
+            raise TypeError("lengths of a linkage")
+        return plain._replace(unknowns=Unknowns(_unweighed(linkage), lengths, plain)) if lengths else plain
     if mechanism.stroke is not None:
         try:
             solution = solve(linkage, *mechanism.stroke)
@@ -154,6 +166,66 @@ def followed(mechanism: Mechanism) -> Cyclic:
         f"it returns after {returns}: set regime.cycle" if returns else f"it does not return within {_TURNS_TRIED} turns"
     )
     raise SceneError([Fault(mechanism.path, defect, "a cycle after which it returns", advice)])
+
+
+def _mapped(linkage: Linkage, change: Callable[[Any], Any]) -> Linkage:
+    """A linkage with every recorded number changed."""
+    return replace(linkage, **{each.name: mapped(getattr(linkage, each.name), change) for each in fields(linkage)})
+
+
+def _unweighed(linkage: Linkage) -> Linkage:
+    """A linkage without masses, on which no position depends, nor on the guesses and sides of its assembly."""
+    links = (link._replace(mass=0.0, inertia=0.0, com=(0.0, 0.0), guess=None) for link in linkage.links)
+    joints = (joint._replace(guess=None, friction=0.0, radius=0.0, length=0.0) for joint in linkage.joints)
+    return replace(linkage, links=tuple(links), joints=tuple(joints), sides=(), start=0.0)
+
+
+def _numbers(linkage: Linkage) -> list[Any]:
+    """The recorded numbers of a linkage, each once."""
+    numbers: dict[int, Any] = {}
+    _mapped(linkage, lambda number: numbers.setdefault(number.number, number))
+    return list(numbers.values())
+
+
+class Unknowns:
+    """The unknowns of a linkage as functions of its driver's coordinate and of recorded numbers, by its loops' equations.
+
+    Called with a coordinate, in floats or intervals, it returns the values of all unknowns (rad, or m) at the present
+    numbers, then their first and then their second derivatives. For other numbers `equations` are to be solved.
+
+    Raises TypeError for a cam, and where redundant joints leave more equations than unknowns.
+    """
+
+    def __init__(self, linkage: Linkage, numbers: list[Any], plain: Cyclic) -> None:
+        self.numbers, self.recorder = numbers, numbers[0].recorder
+        self._linkage, self._plain = linkage, plain
+        self.loops = loops(linkage, unit=1.0)
+        self.count = self.loops.unknowns
+        if any(relation.lift is not None for relation in self.loops.relations):
+            raise TypeError("a cam")
+        if self.count != self.loops.equations:
+            raise TypeError("redundant joints of a linkage")
+
+    def __call__(self, psi: Any, *_: Any) -> list[Any]:  # noqa: D102  # said above
+        position = LinkagePosition(self._plain, psi, np, 0.5 * (self._plain.period or 0.0))  # psi lies in the first turn
+        return [row for rows in zip(*position.variables[1:], strict=True) for row in rows]
+
+    def recorded(self, psi: Any) -> list[Recorded]:
+        """The same at the recorded numbers, as a call on their record."""
+        values = None if present(psi) is None else self(present(psi))
+        results: list[Recorded] = self.recorder.call(self, [psi, *self.numbers], 3 * self.count, values)
+        return results
+
+    @cached_property
+    def equations(self) -> Program:
+        """Left sides, then their derivatives by the unknowns, from all unknowns, the driver's coordinate and the numbers."""
+        recorder = Recorder()
+        unknowns, psi = [recorder.input(name) for name in self.loops.names[1:]], recorder.input(self.loops.names[0])
+        own = {number.number: recorder.input(f"number {k}", number.value) for k, number in enumerate(self.numbers)}
+        equations = Equations(loops(_mapped(self._linkage, lambda number: own[number.number]), unit=1.0))
+        z = np.array([[psi, *unknowns]], dtype=object)
+        bases = equations.bases(z)
+        return recorder.program([*equations.residual(z, bases)[0], *equations.jacobian(z, bases)[0, :, 1:].ravel()])
 
 
 def _with_both_locks(linkage: Linkage, error: SceneError, ends: tuple[float, float]) -> SceneError:
@@ -262,14 +334,21 @@ class LinkagePosition:
     def __init__(self, cycle: Cyclic, psi: Any, ns: Any, anchor: Any = None) -> None:
         self.psi, self.ns = psi, ns
         self._cycle = cycle
-        middle = np.asarray(present(psi if anchor is None else anchor), dtype=float)
+        middle = presents(psi if anchor is None else anchor)
         self._turns = 0.0 if cycle.period is None else np.floor(middle / cycle.period)
         self._middle = middle
 
     @cached_property
-    def _all(self) -> tuple[Variable, ...]:
-        solution, period, _ = self._cycle
+    def variables(self) -> tuple[Variable, ...]:
+        """All of them, within the first period."""
+        solution, period, _, unknowns = self._cycle
         psi = self.psi if period is None else self.psi - self._turns * period
+        if unknowns is not None:
+            if isinstance(psi, np.ndarray):
+                table = np.array([unknowns.recorded(each) for each in psi.flat], dtype=object).T.reshape(-1, *psi.shape)
+            else:
+                table = np.array(unknowns.recorded(psi), dtype=object)
+            return (Variable(psi, 1.0, 0.0), *(Variable(*table[k :: unknowns.count]) for k in range(unknowns.count)))
         parts: list[Any]
         if isinstance(psi, Interval):
             low, high = np.broadcast_arrays(np.asarray(psi.lo, dtype=float), np.asarray(psi.hi, dtype=float))
@@ -293,7 +372,7 @@ class LinkagePosition:
 
     def variable(self, number: int) -> Variable:
         """A variable with its rate and slope; its value with the gain of the turns before."""
-        variable, gain = self._all[number], self._cycle.winding[number]
+        variable, gain = self.variables[number], self._cycle.winding[number]
         return variable if gain == 0.0 else variable._replace(value=variable.value + gain * self._turns)
 
 
@@ -381,8 +460,8 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
 
     """
     cycle = followed(mechanism)
-    linkage, loops = cycle.solution.linkage, cycle.solution.equations.loops
-    weighed = {link.name: link for link in mechanism.linkage.links} if mechanism.linkage is not None else {}
+    linkage, loops = mechanism.linkage or cycle.solution.linkage, cycle.loops
+    weighed = {link.name: link for link in linkage.links}
     forms = dict(zip(linkage.names, loops.angles, strict=True))
     velocities: dict[str, Velocity] = {}
     masses: list[Mass] = []
@@ -424,19 +503,19 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
 
     def arms(body: str, x: float, y: float) -> list[Arm]:
         """Place of a point of a body as a sum of arms, those that turn together put into one."""
-        own = complex(x, y) / loops.unit * complex(np.exp(1j * forms[body].constant))
+        own = vector(x / loops.unit, y / loops.unit) * cis(forms[body].constant)
         origin = loops.origins[linkage.names.index(body)]
-        places: dict[tuple[tuple[float, ...], int], complex] = {}
+        places: dict[tuple[tuple[float, ...], int], Any] = {}
         for coefficient, turns, slide in [
             *zip(origin, loops.turns, loops.slides, strict=True),
             (own, forms[body].weights, -1),
         ]:
             key = tuple(turns.tolist()), int(slide)
-            places[key] = places.get(key, 0.0) + complex(coefficient)
+            places[key] = places.get(key, 0.0) + coefficient
         return [
-            Arm(abs(at) * (loops.unit if slide < 0 else 1.0), _angle(Form(np.array(turns), float(np.angle(at)))), slide)
+            Arm(length * (loops.unit if slide < 0 else 1.0), _angle(Form(np.array(turns), angle)), slide)
             for (turns, slide), at in places.items()
-            if abs(at) > _COSINE_ROUNDING
+            for length, angle in _polar(at)
         ]
 
     def move(name: str, seen: list[Arm]) -> bool:
@@ -447,7 +526,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
                 ratios.setdefault(sources[k], []).append(_times(Ratio(arm.by_turning, arm.by_turning_slope), weight))
             if arm.slide >= 0 and arm.angle.terms:
                 ratios.setdefault(sources[arm.slide], []).append(Ratio(arm.by_sliding, arm.by_sliding_slope))
-            elif arm.slide >= 0 and abs(cosine := float(np.cos(arm.angle.constant))) >= _COSINE_ROUNDING:
+            elif arm.slide >= 0 and not _negligible(cosine := cosine_of(arm.angle.constant)):
                 ratios.setdefault(sources[arm.slide], []).append(arm.length * cosine)
         if ratios:
             terms = tuple(Term(source, reduce(_plus, parts)) for source, parts in ratios.items())
@@ -479,6 +558,17 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         breakpoints=tuple(sorted({*_near_locks(cycle), *switches})),
         switches=switches,
     )
+
+
+def _negligible(number: Any) -> bool:
+    """Tests whether a plain number is 0 but for rounding."""
+    return not is_recorded(number) and abs(number) < _COSINE_ROUNDING
+
+
+def _polar(at: Any) -> list[tuple[Any, float]]:
+    """Lengths and angles whose sum is a complex number: of one with recorded parts these parts, so that it has no angle."""
+    pairs = [(at.real, 0.0), (at.imag, 0.5 * np.pi)] if isinstance(at, Complex) else [(abs(at), float(np.angle(at)))]
+    return [(length, angle) for length, angle in pairs if not _negligible(length)]
 
 
 def _angle(form: Form) -> Angle:
@@ -539,7 +629,7 @@ def _near_locks(cycle: Cyclic) -> Iterator[float]:
 
 def _switches(cycle: Cyclic) -> tuple[float, ...]:
     """Coordinates of the driver at which a cam passes a breakpoint of its lift."""
-    solution, period, _ = cycle
+    solution, period = cycle.solution, cycle.period
     places: set[float] = set()
     for relation in solution.equations.loops.relations:
         lift = relation.lift
@@ -553,7 +643,7 @@ def _switches(cycle: Cyclic) -> tuple[float, ...]:
 
 def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator[float]:
     """Coordinates of the driver at which a form passes an angle, on any turn."""
-    solution, period, _ = cycle
+    solution, period = cycle.solution, cycle.period
     low, high = (solution.low, solution.high) if period is None else (0.0, period)
     nodes = np.unique(np.concatenate((solution.trace.z[:, 0] * solution.scale, np.linspace(low, high, 181))))
     nodes = nodes[(nodes >= low) & (nodes <= high)]

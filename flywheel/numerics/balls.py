@@ -320,14 +320,14 @@ def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         return None
     polynomials = []
     for inner, outer in zip(centre, whole, strict=True):
-        given = [_term(inner, k) for k in range(order)] + [_term(outer, order)]
+        given = [coefficient(inner, k) for k in range(order)] + [coefficient(outer, order)]
         if not all(term.is_finite() for term in given):
             return None
         polynomials.append(arb_poly(given))
     return Model(low, high, middle, tuple(polynomials))
 
 
-def _term(u: Any, k: int) -> Any:
+def coefficient(u: Any, k: int) -> Any:
     """A coefficient of a series; of a constant, of which all others are zero."""
     if not isinstance(u, arb_series):
         return _lifted(u) if k == 0 else arb(0)
@@ -724,7 +724,7 @@ def _followed(cells: Sequence[Place], start: Any, order: int, error: float) -> t
 
 
 def _polynomial(series: Any, degree: int) -> Any:
-    return arb_poly([_term(series, k) for k in range(degree + 1)])
+    return arb_poly([coefficient(series, k) for k in range(degree + 1)])
 
 
 def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:
@@ -734,7 +734,7 @@ def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error
     for cell, own, (after, next_own) in zip(cells, polynomials, following, strict=True):
         span, length = cell.span, (cell.high - cell.low).max(arb(0))
         rate = cell.inner(arb_series(own.coeffs(), order + 1))[0]
-        cut = _term(cell.whole(arb_series(own(arb_poly([span, 1])).coeffs(), order + 1))[0], order)
+        cut = coefficient(cell.whole(arb_series(own(arb_poly([span, 1])).coeffs(), order + 1))[0], order)
         missed = abs((own.derivative() - _polynomial(rate, order - 1))(span)) + abs(cut) * span.abs_upper() ** order
         steep = first(cell.whole(arb_series([own(span) + arb(0, error)], order + 1))[1])
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)

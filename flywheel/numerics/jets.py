@@ -21,6 +21,7 @@ from types import SimpleNamespace
 from typing import Any, TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 
 Derivatives = tuple[Any, Callable[[], Any]]  # the slope, and the second derivative on demand
 
@@ -275,6 +276,27 @@ def present(value: Any) -> Any:
     anchor.
     """
     return value.value if is_recorded(value) else value  # type: ignore[attr-defined]
+
+
+def presents(values: Any) -> NDArray[np.float64]:
+    """The present values of a number or of an array of them, as floats of the same shape."""
+    table = np.asarray(values)
+    plain = [present(each) for each in table.flat] if table.dtype == object else table
+    return np.asarray(plain, dtype=float).reshape(table.shape)
+
+
+def mapped(record: Any, change: Callable[[Any], Any]) -> Any:
+    """A tree of records and tuples with every recorded number in it changed.
+
+    >>> mapped((1.0, "a", (2.0,)), lambda number: -number)
+    (1.0, 'a', (2.0,))
+    """
+    if is_recorded(record):
+        return change(record)
+    if isinstance(record, tuple):
+        entries = [mapped(entry, change) for entry in record]
+        return type(record)(*entries) if hasattr(record, "_fields") else tuple(entries)
+    return record
 
 
 def _of_any_number(plain: Callable[..., float], ufunc: Callable[..., Any]) -> Callable[..., float]:

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -22,9 +22,11 @@ from bondgraph.recording import Program
 from flywheel.machine.loads import crank_angles, table_pieces
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import RATE, StretchWalk, Structure, UnrecordedError, recorded
+from flywheel.mechanisms.linkage import Unknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
-from flywheel.numerics.units import exact_ratio, half_width, middle_of, split_range
+from flywheel.numerics.implicit import Implicit
+from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
 from flywheel.sizing.results import WIDTH, Proof
@@ -34,9 +36,9 @@ _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 60  # of a motion, above the first precision: more would take a thousand times as long as a sizing
+_MOST_CELLS = 450  # of a motion, above the first precision: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
-_SECANT, _APART = 1e-8, 2e-14  # of a flywheel: from which its irregularity is followed, and between which it is proven
+_SECANT, _APART = 1e-8, (2e-14, 4e-13)  # of a flywheel: from which its irregularity is followed, between which it is proven
 _ROWS = ("inertia", "slope", "moment", "per_unknown")
 _INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
@@ -89,8 +91,9 @@ def _refusal(scene: Scene) -> str:
         return "a scene that was not read has no numbers as written"
     if scene.areas is not None:
         return "a diagram of areas has no machine"
-    if any(mechanism.linkage is not None for mechanism in scene.mechanisms):
-        return "positions of linkages are solved for, not given by formulas"
+    linkages = [mechanism.linkage for mechanism in scene.mechanisms if mechanism.linkage is not None]
+    if any(coupling.lift is not None for linkage in linkages for coupling in linkage.couplings):
+        return "a cam's follower, whose lift is a law in pieces"
     if any(efficiency < 1.0 for efficiency in scene.efficiencies.values()):
         return "meshes have losses"
     if any(isinstance(output.law, Table) for mechanism in scene.mechanisms for output in mechanism.outputs):
@@ -134,9 +137,9 @@ def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, 
 
     try:
         return structure()
-    except UnrecordedError:
+    except UnrecordedError as error:
         if not windows:
-            raise
+            raise UnprovenError(str(error.__cause__ or error)) from error
         return structure(".phase")
 
 
@@ -149,18 +152,20 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
             if _ranges(fixed):
                 raise UnprovenError("ranges of the place of a table")
-            numbers = _of_tables(recording.twin, [(each.number, _as_written(path, each)) for path, each in fixed.items()])
+            own = {each.number: ball for each, ball in zip(quantities.values(), columns, strict=True)}
+            constants = [(each.number, _as_written(path, each)) for path, each in fixed.items()]
+            numbers = _of_loads(recording.twin, constants, own)
             structure = recording.with_places(partial(_all_of, numbers=numbers))
             if ranges and scene.depends_on_speed:
                 raise UnprovenError("ranges of numbers where torques depend on speed")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
-                found = (
-                    _moving(scene, structure, columns, (order, left), motion)
+                found, size = (
+                    (_moving(scene, structure, columns, (order, left), motion), 0.0)
                     if scene.depends_on_speed
                     else _cycle(scene, structure, columns, order, left)
                 )
-                width = max(_widths(found).values())
+                width = max(_widths(found, size).values())
                 if width <= WIDTH:
                     found |= _cycle_over_ranges(scene, structure, columns, ranges, order, left) if ranges else {}
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
@@ -171,30 +176,44 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     raise open_still
 
 
-def _widths(found: Mapping[str, Any]) -> dict[str, float]:
-    """The width of every ball over the larger of the figure and its scale: the fluctuation, the flywheels' total, max I*."""
+def _widths(found: Mapping[str, Any], balance: float) -> dict[str, float]:
+    """The width of every ball over the larger of the figure and its scale: the fluctuation, the flywheels' total, max I*.
+
+    balance: the scale of the balance.
+    """
     scales = {"accumulated_max": "energy_fluctuation", "accumulated_min": "energy_fluctuation"}
     scales |= {"reduced_inertia.min": "reduced_inertia.max"}
     scales |= {name: "flywheel.approximate_total" for name in found if name.startswith("flywheel.")}
     widths = {}
     for name, ball in found.items():
         size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)) if one in found)
+        size = max(size, balance) if name == "balance.value" else size
         widths[name] = 0.0 if ball.rad().is_zero() else 2.0 * float(ball.rad()) / max(size, 1e-300)
     return widths
 
 
 def _as_written(path: str, quantity: Any) -> Any:
     """The ball of a number as the scene writes it."""
-    ball = _with_pi(*exact_ratio(middle_of(quantity.value), _dimension(path, quantity)))
+    try:
+        ratio = exact_ratio(middle_of(quantity.value), _dimension(path, quantity))
+    except QuantityError:  # a number in a text, where an expression may stand
+        ratio = exact_ratio(middle_of(quantity.value), None)
+    ball = _with_pi(*ratio)
     if abs(float(ball.mid()) - quantity.number) > _READ * abs(quantity.number):
         raise UnprovenError(f"{path}: {quantity.value!r} is not taken as it is written")
     return ball
 
 
-def _of_tables(machine: Machine, written: Iterable[tuple[float, Any]]) -> dict[float, Any]:
-    """Balls of the numbers of tables' pieces, and of the angles between these, by the floats that are nearest.
+def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Mapping[float, Any]) -> dict[float, Any]:
+    """Balls of the numbers of tables' pieces, and of the angles at which loads begin anew, by the floats that are nearest.
 
-    The pieces are calculated anew, in fractions, from the rows as they are written; `written` are balls of other numbers.
+    The pieces are calculated anew, in fractions, from the rows as they are written.
+
+    Args:
+        machine: with the loads.
+        written: balls of the constants of its programs, by their floats.
+        inputs: balls of the inputs of its programs, by their floats.
+
     """
     numbers: dict[float, Any] = {}
 
@@ -204,22 +223,17 @@ def _of_tables(machine: Machine, written: Iterable[tuple[float, Any]]) -> dict[f
     for number, ball in written:
         stands(number, ball)
     for load, place in ((effort.load, effort.place) for effort in machine.efforts):
-        if not isinstance(table := load.law, Table):
+        table = load.law if isinstance(load.law, Table) else None
+        if table is not None:
+            _of_table(table, load.every, stands)
+        elif load.every >= machine.scene.cycle:
             continue
-        rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
-        if abs(float(table.angle[-1] - table.angle[0]) - load.every) <= _READ * load.every:  # it was put onto its period
-            rows[0][-1] = rows[0][0] + balls.share_of_pi(load.every) * Fraction(*exact_ratio("180 deg", "angle"))
-        for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
-            if abs(Fraction(number) - row) > _READ * abs(row):
-                raise UnprovenError("a table whose ends are put where its load begins or ends")
-        floats = table_pieces(table.angle, table.value, table.interpolation)
-        exact = table_pieces(rows[0], rows[1], table.interpolation)
-        for here, there in zip((table.angle, *floats), (rows[0], *exact), strict=True):
-            for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
-                stands(number, _with_pi(*row.as_integer_ratio()))
-        every, phase, rate = (balls.constant(_all_of(number, numbers)) for number in (load.every, place.phase, place.rate))
-        window = [] if load.start is None or load.end is None else [load.start, load.end]
-        for local in (*table.angle.tolist(), *window):
+        window = [each for each in (load.start, load.end) if each is not None]
+        within = [0.0] if table is None else [*table.angle.tolist(), *window]
+        every, phase, rate = (
+            balls.constant(inputs.get(each, _all_of(each, numbers))) for each in (load.every, place.phase, place.rate)
+        )
+        for local in within:
             angles = crank_angles(local, load.every, place, machine.scene.cycle)
             for angle in angles[angles > 0.0].tolist():  # the cycle begins at 0 itself
                 turn = round((angle * place.rate + place.phase - local) / load.every)
@@ -230,9 +244,24 @@ def _of_tables(machine: Machine, written: Iterable[tuple[float, Any]]) -> dict[f
     return numbers
 
 
+def _of_table(table: Table, every: float, stands: Callable[[float, Any], None]) -> None:
+    """Notes of what the numbers of a table's pieces are the floats; `every` is its period, rad."""
+    rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
+    if abs(float(table.angle[-1] - table.angle[0]) - every) <= _READ * every:  # it was put onto its period
+        rows[0][-1] = rows[0][0] + balls.share_of_pi(every) * Fraction(*exact_ratio("180 deg", "angle"))
+    for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
+        if abs(Fraction(number) - row) > _READ * abs(row):
+            raise UnprovenError("a table whose ends are put where its load begins or ends")
+    floats = table_pieces(table.angle, table.value, table.interpolation)
+    exact = table_pieces(rows[0], rows[1], table.interpolation)
+    for here, there in zip((table.angle, *floats), (rows[0], *exact), strict=True):
+        for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
+            stands(number, _with_pi(*row.as_integer_ratio()))
+
+
 def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
     """The ball of all that a number of a program may stand for; itself where it is in no table."""
-    if isinstance(place, tuple) or callable(place) or place not in numbers:
+    if isinstance(place, tuple | int) or callable(place) or place not in numbers:
         return place
     with suppress(UnprovenError):
         return numbers[place].union(balls.constant(place))
@@ -257,15 +286,30 @@ def _ranges(quantities: Mapping[str, Any]) -> dict[Any, Any]:
 def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = False) -> Callable[..., Any]:
     """A recorded program as a function of balls, and of series of them, or of jets of these: of its first outputs."""
     part = program if outputs is None else program.only(outputs)
-    if any(isinstance(place, tuple) or callable(place) for place in part.places):
+    return part._replace(places=tuple(map(_place, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
+
+
+def _place(place: Any, number: Callable[[float], Any] = balls.constant) -> Any:
+    """The entry of a place of a program over balls: an index, the ball of a number, or the unknowns of a linkage."""
+    if isinstance(place, Unknowns):
+        return _unknowns(place)
+    if isinstance(place, tuple) or callable(place):
         raise UnprovenError("a function or a table that is not arithmetic")
-    return part._replace(places=tuple(map(balls.constant, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
+    return place if type(place) is int else number(place)
+
+
+@lru_cache(maxsize=16)
+def _unknowns(unknowns: Unknowns) -> Implicit:
+    """The unknowns of a linkage over balls."""
+    equations, count = unknowns.equations, unknowns.count
+    sides = (_over_balls(equations, count, jets=jets) for jets in (False, True))
+    return Implicit(*sides, _over_balls(equations), lambda x: unknowns(x)[: 2 * count])
 
 
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
     """Checks every decision of the recording over balls; returns the number of those between equal numbers."""
     conditions, same = structure.conditions, 0
-    program = conditions.program._replace(places=tuple(map(_threshold, conditions.program.places)))
+    program = conditions.program._replace(places=tuple(_place(place, _threshold) for place in conditions.program.places))
     differences = program.function(balls.NAMESPACE)(rational(0, 1), *columns)
     for difference, relation, holds in zip(differences, conditions.relations, conditions.holds, strict=True):
         ball = difference if hasattr(difference, "rad") else rational(int(difference), 1)
@@ -289,22 +333,26 @@ def _threshold(value: float) -> Any:
         return balls.exact(value)
 
 
-def _cycle(scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float) -> dict[str, Any]:
-    """The balls of the figures of a cycle, by their keys."""
+def _cycle(
+    scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float
+) -> tuple[dict[str, Any], float]:
+    """The balls of the figures of a cycle, by their keys, and the scale of the balance: that which makes the fluctuation."""
     speed, ratio, last = map(balls.ball, _over_balls(_numbers(scene, structure))(rational(0, 1), *columns))
-    sums, balance = _sums(structure, columns, order, left)
-    figures = {"balance.value": balance} if structure.unknown else {}
-    return {"speed": speed} | figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
+    sums, balance, effect = _sums(structure, columns, order, left)
+    figures = {"speed": speed} | ({"balance.value": balance} if structure.unknown else {})
+    figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
+    size = abs(float(figures["energy_fluctuation"].mid()) / float(effect.mid())) if structure.unknown else 0.0
+    return figures, size
 
 
-def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[_Sums, Any]:
-    """The extremes of a cycle, and its balance, 0 without one."""
+def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[_Sums, Any, Any]:
+    """The extremes of a cycle, its balance, 0 without one, and the work of a unit of that."""
     edges = _edges(structure, columns)
     walks = [_over_balls(walk.program, len(_ROWS)) for walk in structure.walks]
     cells = _cells([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
     net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (_MOMENT, _UNKNOWN))
     balance = -net / effect if structure.unknown else 0 * net
-    return _Sums(cells, _works(cells, balance)), balance
+    return _Sums(cells, _works(cells, balance)), balance, effect
 
 
 def _numbers(scene: Scene, structure: Structure) -> Program:
@@ -353,7 +401,7 @@ def _of_cycle(
 class _Mark(NamedTuple):
     """An edge of a smooth piece: its approximate angle (rad), and its formula, or the function of which it is a zero.
 
-    An edge inside a piece has neither: its exact place has no effect.
+    An edge inside a piece, or one where a cell ends only for resolution, has neither: its exact place has no effect.
     """
 
     angle: Any
@@ -363,19 +411,20 @@ class _Mark(NamedTuple):
 
 def _marks(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
     """The edges of smooth pieces."""
-    zero, marks = rational(0, 1), structure.landmarks
+    zero, marks, twin = rational(0, 1), structure.landmarks, structure.twin
+    resolving = np.isin(twin.landmarks, np.setdiff1d(twin.breakpoints, twin.switches))
 
     def loosely(program: Program) -> Any:
         part = program.only(1)
-        found = part._replace(places=tuple(map(_threshold, part.places))).function(balls.NAMESPACE)(zero, *columns)
-        return balls.ball(found[0])
+        places = tuple(_place(place, _threshold) for place in part.places)
+        return balls.ball(part._replace(places=places).function(balls.NAMESPACE)(zero, *columns)[0])
 
     zeros = [(loosely(program), program._replace(outputs=program.outputs[1:]).only(2)) for program in structure.zeros]
     for k, output in enumerate(marks.outputs):
         program = marks._replace(outputs=(output,)).only(1)
         angle = loosely(program)
         followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
-        if 0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]:
+        if resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]):
             yield _Mark(angle)
         else:
             yield _Mark(angle, program if followed is None else None, followed)
@@ -529,7 +578,7 @@ def _over_box(
     figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
     values = {name: figure.value for name, figure in figures.items()}
     shares = dict.fromkeys(ranges, 0.0)
-    for name, width in _widths(values).items():
+    for name, width in _widths(values, 0.0).items():
         slopes = figures[name].slopes
         steep = sum(abs(float(slope.mid())) * float(ranges[k]) for k, slope in slopes.items())
         for k, slope in slopes.items() if width > _NARROW and steep else ():
@@ -816,6 +865,8 @@ class _Motions:
         here, step = balls.exact(self._near.unknown), balls.exact(_SECANT * size)
         found = self.at(wheel, here)
         slope = (self.at(wheel, here + step).level - found.level) / step
+        if not (slope > 0 or slope < 0):
+            raise UnprovenError("the effect of the balance on the speed")
         middle = (here + (speed - found.level) / slope).mid()
         apart = (4 * abs((speed - self.at(wheel, middle).level) / slope) + self._left * size).upper()
         sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
@@ -834,9 +885,10 @@ class _Motions:
         beside = (wheel * (1 + balls.exact(_SECANT))).mid()
         here, there = motion(wheel).irregularity, motion(beside).irregularity
         wheel = (wheel + (asked - here) * (beside - wheel) / (there - here)).mid()
-        light, heavy = ((wheel * (1 + side * balls.exact(_APART))).mid() for side in (-1, 1))
-        sides = [motion(light), motion(heavy)]
-        self.between = [each.start for each in sides]
-        if not sides[0].irregularity > asked > sides[1].irregularity:
-            raise UnprovenError("that the irregularity is the required one with a flywheel near")
-        return light.union(heavy)
+        for apart in _APART:
+            light, heavy = ((wheel * (1 + side * balls.exact(apart))).mid() for side in (-1, 1))
+            sides = [motion(light), motion(heavy)]
+            self.between = [each.start for each in sides]
+            if sides[0].irregularity > asked > sides[1].irregularity:
+                return light.union(heavy)
+        raise UnprovenError("that the irregularity is the required one with a flywheel near")

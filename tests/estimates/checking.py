@@ -187,6 +187,8 @@ def outside(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
         if value is not None:
             low, high = map(Real, ends)
             scale = true["exchanged"] if key.startswith("accumulated") else value
+            if key == "balance.value" and true.get("effect"):
+                scale = true["exchanged"] / true["effect"]
             off = error(max(low - value, value - high, Real(0)), Real(0), scale)
             rows.append(Row(f"{PROVEN}{key}", off, 0.0, by_rtol=False))
     return rows

@@ -73,9 +73,10 @@ def _compared(figures: dict[str, tuple[float, float]], reached: dict[str, list[f
 
 def _put(scene: Any, path: str, value: str) -> None:
     """Writes a value at a path such as `load[0].force`."""
-    *above, last = path.replace("[", ".").replace("]", "").split(".")
+    names = path.replace("[", ".").replace("]", "").split(".")
+    *above, last = (int(name) if name.isdigit() else name for name in names)
     for name in above:
-        scene = scene[int(name) if name.isdigit() else name]
+        scene = scene[name]
     scene[last] = value
 
 

@@ -193,6 +193,79 @@ def test_a_drive_whose_torque_is_an_expression_is_proven() -> None:
     assert all(low - 1e-15 * abs(low) <= at(true, key) <= high + 1e-15 * abs(high) for key, (low, high) in found.items())
 
 
+def jointed(aim: int = 0, **rod: Any) -> dict[str, Any]:
+    """The press as a linkage, its guide turned to an angle (deg)."""
+    bodies = {
+        "frame": {"points": {"O": [0, 0]}},
+        "arm": {"points": {"B": ["80 mm", 0]}},
+        "rod": {"points": {"C": ["0.3 m", 0]}, "mass": "9 kg", "guess": f"{aim} deg", **rod},
+        "slider": {"mass": "60 kg"},
+    }
+    pins = [("O", "frame.O", "arm.origin"), ("B", "arm.B", "rod.origin"), ("C", "rod.C", "slider.origin")]
+    joints: list[dict[str, Any]] = [{"name": name, "type": "pin", "between": [a, b]} for name, a, b in pins]
+    guide = {"name": "slider", "type": "slide", "between": ["frame.O", "slider.origin"], "guess": "0.3 m"}
+    joints.append({**guide, "direction": f"{aim} deg"})
+    mechanism = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints}
+    load = {**PRESS["load"][0], "from": f"{20 + aim} deg", "to": f"{165.3 + aim} deg"}
+    return {**PRESS, "mechanism": mechanism, "load": [load]}
+
+
+def overlap(one: Any, two: Any) -> bool:
+    return bool(one) and all(one[key][0] <= two[key][1] and two[key][0] <= one[key][1] for key in one if key in two)
+
+
+@pytest.mark.parametrize("aim", [0, 37, 90])
+def test_a_linkage_has_the_intervals_of_the_same_mechanism_in_closed_form(aim: int) -> None:
+    one, two = proven(jointed(aim)).figures, proven(PRESS).figures
+    assert one.keys() == two.keys()
+    assert all(one[key][0] <= two[key][1] and two[key][0] <= one[key][1] for key in one if "accumulated" not in key)
+    assert all(high - low <= WIDEST * abs(low) for low, high in one.values())
+
+
+def test_the_motion_of_a_linkage_has_the_intervals_of_the_same_mechanism_in_closed_form() -> None:
+    drive = {"torque": "900 - 110*omega"}
+    scenes_of_both = [{**one, "drive": drive, "flywheel": {"inertia": 40.0}, "regime": {}} for one in (jointed(), PRESS)]
+    one, two = (flywheel.size(flywheel.load(scene), accuracy="proof").proof for scene in scenes_of_both)
+    assert one is not None
+    assert two is not None
+    assert overlap(one.figures, two.figures)
+
+
+def test_ranges_of_lengths_of_a_linkage_hold_those_of_samples() -> None:
+    wide = proven(jointed(com=["0.12 m", 0], points={"C": ["0.3 m ± 0.01 mm", 0]})).figures
+    for rod in ("0.29999 m", "0.30001 m", "0.300003 m"):
+        one = proven(jointed(com=["0.12 m", 0], points={"C": [rod, 0]})).figures
+        assert all(wide[key][0] <= low and high <= wide[key][1] for key, (low, high) in one.items() if key != "speed")
+    least, most = (one["flywheel.exact"], wide["flywheel.exact"])
+    assert 0.0 < most[1] - most[0] < 1e-4 * least[0]
+
+
+def test_the_assembly_of_a_linkage_decides_its_intervals() -> None:
+    bodies = {
+        "frame": {"points": {"O": [0, 0], "D": [1.2, 0]}},
+        "arm": {"points": {"B": [0.25, 0]}},
+        "coupler": {"points": {"C": [1, 0]}},
+        "rocker": {"points": {"C": [0.8, 0]}, "mass": 12, "inertia": 2, "com": [0.4, 0.1]},
+    }
+    pins = [("O", "frame.O", "arm.origin"), ("B", "arm.B", "coupler.origin"), ("C", "coupler.C", "rocker.C")]
+    pins.append(("D", "frame.D", "rocker.origin"))
+    joints = [{"name": name, "type": "pin", "between": [a, b]} for name, a, b in pins]
+    table = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints}
+    intervals = []
+    for side in ("left", "right"):
+        table["assembly"] = [{"point": "coupler.C", "side": side, "from": "arm.B", "to": "frame.D"}]
+        load = [{"on": "rocker", "torque": "-30", "from": 0, "to": 2}]
+        found = flywheel.size(flywheel.load({**PRESS, "mechanism": table, "gravity": {}, "load": load}), accuracy="proof")
+        assert found.proof is not None
+        low, high = found.proof.figures["flywheel.exact"]
+        exact = found.flywheel.exact
+        assert exact is not None
+        assert high - low <= WIDEST * high
+        assert low * (1 - found.error.exact) <= exact <= high * (1 + found.error.exact)
+        intervals.append((low, high))
+    assert max(low for low, _ in intervals) > 1.001 * min(high for _, high in intervals)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

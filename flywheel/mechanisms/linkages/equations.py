@@ -14,7 +14,7 @@ from __future__ import annotations
 from cmath import phase
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import combinations, pairwise, takewhile
 from math import pi, prod
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ from flywheel.numerics.arguments import (
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, mapped, present
 from flywheel.scene.linkage import (
     CAM,
     FIXED,
@@ -299,10 +299,11 @@ class Loops(NamedTuple):
         return self.linkage.start / self.unit if self.linkage.sliding else self.linkage.start
 
 
-def loops(linkage: Linkage, *, several: bool = False) -> Loops:
+def loops(linkage: Linkage, *, several: bool = False, unit: float | None = None) -> Loops:
     """The loops of a linkage: every body placed along the tree of joints, every other joint a closure.
 
     several: True allows any number of drivers, each fixed at its start by a relation (`on_way` moves them).
+    unit: of length, m; by default the largest length.
 
     Raises:
         SceneError: if a body has no connection to the frame, or slides and rigid joints fix it at two angles at once; for
@@ -314,7 +315,7 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
         defect, expected = f"{len(linkage.drivers)} drivers ({several_names})", "one driver, of one degree of freedom"
         advice = "for several use flywheel.freedoms (see flywheel reference freedoms)"
         raise SceneError([Fault(f"{linkage.path}.driver", defect, expected, advice)])
-    unit = _unit(linkage)
+    unit = unit or _unit(linkage)
     offset, leader, doubled = _rigid_angles(linkage)
     driving = None if several else linkage.driver
     names, angles = _variables(linkage, offset, leader, driving)
@@ -325,11 +326,11 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     def step(joint: Joint) -> Chain:
         """The vector from the origin of the joint's first body to that of its second."""
         out, back = joint.first_at, joint.second_at
-        arms = [(joint.first, -1, complex(out.x / unit, out.y / unit))]
+        arms = [(joint.first, -1, vector(out.x / unit, out.y / unit))]
         if joint.kind in (SLIDE, SLOT):
-            arms.append((joint.first, variable(joint), complex(np.exp(1j * joint.direction))))
-        arms.append((joint.second, -1, complex(-back.x / unit, -back.y / unit)))
-        return _sum(*({(leader[body], slide): arm * np.exp(1j * offset[body])} for body, slide, arm in arms if arm))
+            arms.append((joint.first, variable(joint), cis(joint.direction)))
+        arms.append((joint.second, -1, vector(-back.x / unit, -back.y / unit)))
+        return _sum(*({(leader[body], slide): arm * cis(offset[body])} for body, slide, arm in arms if arm))
 
     places: dict[str, Chain] = {FRAME: {}}
     routes: dict[str, tuple[str, ...]] = {FRAME: ()}  # names of the joints from the frame to each body
@@ -353,9 +354,10 @@ def loops(linkage: Linkage, *, several: bool = False) -> Loops:
 
     def matrix(chains: list[Chain]) -> Complex:
         """Coefficients of chains over the basis functions, with the constant of each leader's angle put in."""
-        turned = [np.exp(1j * angles[body].constant) for body, _ in bases]
+        turned = [cis(angles[body].constant) for body, _ in bases]
         rows = [[chain.get(basis, 0.0) * turn for basis, turn in zip(bases, turned, strict=True)] for chain in chains]
-        return np.array(rows, dtype=complex).reshape(len(chains), len(bases))
+        kind = object if any(isinstance(entry, recording.Complex) for row in rows for entry in row) else complex
+        return np.array(rows, dtype=kind).reshape(len(chains), len(bases))
 
     def around(joint: Joint) -> tuple[str, ...]:
         """Names of the joints around the loop that a joint closes."""
@@ -515,7 +517,7 @@ def _translating(linkage: Linkage) -> Iterator[tuple[str, str, float]]:
     only this tells them apart from two cranks, which branch there.
     """
     ends: dict[str, list[tuple[str, complex, complex]]] = {body: [] for body in linkage.names}
-    for joint in linkage.joints:
+    for joint in mapped(linkage.joints, present):
         if joint.kind == PIN:
             own, its = complex(*joint.first_at[1:]), complex(*joint.second_at[1:])
             ends[joint.first].append((joint.second, own, its))
@@ -633,8 +635,12 @@ class Equations:
         self._moved = (loops.closures[:, :, None] * factors[None]).transpose(1, 0, 2).reshape(shape)
         self._any_moved = bool(self._moved.any())
         self._any_sliding = bool(self.sliding.any())
-        self._moduli = np.repeat(np.abs(loops.closures), 2, axis=0).T  # a closure's two parts share one bound
         self._sizes = np.abs(loops.turns).T
+
+    @cached_property
+    def _moduli(self) -> Array:
+        """Moduli of the closures' coefficients, (bases, equations): a closure's two parts share one bound."""
+        return np.asarray(np.repeat(np.abs(self.loops.closures), 2, axis=0).T)
 
     def bases(self, z: Array, at: Array | None = None) -> Bases:
         """Basis functions at positions z; `at` lies in the same pieces of cams, where those of z are not known."""
@@ -717,12 +723,23 @@ class Equations:
         return np.concatenate(bounds, axis=1)
 
 
+def vector(x: Any, y: Any) -> Any:
+    """The number x + iy, also of recorded parts."""
+    return recording.Complex(x, y) if is_recorded(x) or is_recorded(y) else complex(x, y)
+
+
+def cis(angle: Any) -> Any:
+    """exp(i angle), also of a recorded angle (rad)."""
+    if not is_recorded(angle):
+        return complex(np.exp(1j * angle))
+    return recording.Complex(recording.NAMESPACE.cos(angle), recording.NAMESPACE.sin(angle))
+
+
 def turned(angle: Array) -> Complex:
-    """exp(i angle), also of recorded angles."""
+    """exp(i angle) of angles (rad), also of recorded ones."""
     if angle.dtype != object:
         return np.asarray(np.exp(1j * angle))
-    entries = [recording.Complex(recording.NAMESPACE.cos(a), recording.NAMESPACE.sin(a)) for a in angle.flat]
-    return np.array(entries, dtype=object).reshape(angle.shape)
+    return np.array([cis(a) for a in angle.flat], dtype=object).reshape(angle.shape)
 
 
 def split(table: Complex) -> tuple[Any, Any]:

@@ -1,0 +1,210 @@
+"""Functions that equations define, over balls: unknowns z of F(z, x, numbers) = 0, proven to exist and to be of one branch.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapter 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import flint
+import numpy as np
+from flint import arb, arb_mat, arb_series
+
+from flywheel.numerics.balls import UnprovenError, ball, coefficient, first
+from flywheel.numerics.jets import Jet
+
+_BOX = 1e-10  # least half width of a box in which a solution is searched for
+_MOST_BOXES = 8  # boxes tried, and steps that narrow the enclosure in the one that holds
+_ROUNDED = 2.0**-50  # of a coordinate: balls about two that differ by less are one
+_DERIVATIVES = 2  # of the unknowns by x that are returned
+
+
+class Solution(NamedTuple):
+    """Taylor coefficients of the unknowns at a ball of x, and a ball of the inverse of F_z there."""
+
+    at: Any
+    rows: list[list[Any]]
+    inverse: Any
+
+
+class Implicit:
+    """The unknowns z of n equations F(z, x, numbers) = 0 and two derivatives by x: of balls, of series, of jets of these.
+
+    K = m - C F(m, x) + (1 - C F_z(Z, x)) (Z - m), with C about 1/F_z, m the middle of Z. Where K lies inside Z, there is
+    exactly one solution in Z for each x, and it lies in K (Krawczyk). Over a wide x the solutions at both its ends and at
+    its middle, each proven near its approximation, have to lie in Z: so all are of one branch. The Taylor coefficients at
+    x follow one after another, z_k = -F_k/F_z, with F_k that of F at z to the order k - 1; slopes by a number p from
+    F_z z_p = -F_p.
+
+    Args:
+        sides: F, of n unknowns, x and numbers.
+        of_jets: the same of jets.
+        both: F, then its n² derivatives by the unknowns, row by row.
+        near: approximate z, then dz/dx, at a float x.
+
+    Raises UnprovenError where no box has such a solution.
+
+    >>> from flywheel.numerics.balls import precision, variable
+    >>> def square(z, x):
+    ...     return (z * z - x,)
+    >>> root = Implicit(square, square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    >>> with precision(96, 4):
+    ...     value, rate, slope = root(arb(2))
+    ...     series = root(variable(arb(2)))[0]
+    ...     value.contains(arb(2).sqrt()), rate.contains(1 / arb(8).sqrt()), float(value.rad()) < 1e-27
+    ...     (series * series)[1].contains(1), (series * series)[4].contains(0), float(series[4].rad()) < 1e-25
+    (True, True, True)
+    (True, True, True)
+
+    """
+
+    def __init__(
+        self,
+        sides: Callable[..., Sequence[Any]],
+        of_jets: Callable[..., Sequence[Any]],
+        both: Callable[..., Sequence[Any]],
+        near: Callable[[float], Sequence[float]],
+    ) -> None:
+        self._sides, self._of_jets, self._both, self._near = sides, of_jets, both, near
+        self._anchors: dict[tuple[float, int], tuple[Sequence[Any], list[Any]]] = {}
+
+    def __call__(self, x: Any, *numbers: Any) -> list[Any]:
+        """All unknowns, then their first and then their second derivatives."""
+        place, plain = _value(x), [_value(number) for number in numbers]
+        series = isinstance(place, arb_series)
+        order = (place.prec - 1 if series else 0) + _DERIVATIVES
+        moving = isinstance(x, Jet)
+        solution = self._solution(first(place), plain, order + moving)
+        rows = [_at(own, place) for own in _derivatives(solution.rows, _DERIVATIVES + moving)]
+        if not (moving or any(isinstance(number, Jet) for number in numbers)):
+            return rows
+        slopes = [_at(own, place) for own in _derivatives(self._slopes(solution, numbers, plain, order), _DERIVATIVES)]
+        if moving:
+            count = len(solution.rows)
+            slopes = [slope + x.first * rate for slope, rate in zip(slopes, rows[count:], strict=True)]
+        return [Jet(row, slope) for row, slope in zip(rows, slopes, strict=False)]
+
+    def _solution(self, at: Any, numbers: Sequence[Any], order: int) -> Solution:
+        """The unknowns about x to an order."""
+        box, rows = self._enclosed(at, at.mid(), numbers)
+        if not at.rad() < _ROUNDED:
+            anchors = (self._anchor(float(place), numbers) for place in (at.lower(), at.mid(), at.upper()))
+            if not all(wide.contains(own) for anchor in anchors for wide, own in zip(box, anchor, strict=True)):
+                raise UnprovenError("that a linkage follows one branch")
+        count, coefficients = len(rows), [[each] for each in rows]
+        steep = arb_mat(self._split(self._both(*rows, at, *numbers), count)[1:])
+        about = steep.mid().inv().mid()
+        inverse = (about * steep).inv() * about
+        with _Order(order):
+            for k in range(1, order + 1):
+                unknowns = (arb_series([*row, 0], k + 1) for row in coefficients)
+                sides = self._sides(*unknowns, arb_series([at, 1], k + 1), *numbers)
+                moved = inverse * _column([coefficient(side, k) for side in sides])
+                for row, entry in zip(coefficients, moved.entries(), strict=True):
+                    row.append(-entry)
+        return Solution(at, coefficients, inverse)
+
+    def _slopes(self, solution: Solution, numbers: Sequence[Any], plain: Sequence[Any], order: int) -> list[list[Any]]:
+        """Taylor coefficients of the slopes of the unknowns by a number at a given x."""
+        count = len(solution.rows)
+        with _Order(order):
+            unknowns = [arb_series(row[: order + 1], order + 1) for row in solution.rows]
+            place = arb_series([solution.at, 1], order + 1)
+            steep = [*self._both(*unknowns, place, *plain)][count:]
+            moved = [each.first if isinstance(each, Jet) else 0 for each in self._of_jets(*unknowns, place, *numbers)]
+        slopes: list[list[Any]] = [[] for _ in range(count)]
+        for k in range(order + 1):
+            right = [
+                coefficient(moved[i], k)
+                + sum(coefficient(steep[i * count + j], k - n) * slopes[j][n] for j in range(count) for n in range(k))
+                for i in range(count)
+            ]
+            for row, entry in zip(slopes, (solution.inverse * _column(right)).entries(), strict=True):
+                row.append(-entry)
+        return slopes
+
+    def _anchor(self, place: float, numbers: Sequence[Any]) -> list[Any]:
+        """Balls of the solution near its approximation at a float, and at all that is rounded to it."""
+        known = self._anchors.get((place, flint.ctx.prec))
+        if known is None or not all(own is other for own, other in zip(known[0], numbers, strict=True)):
+            wide = arb(place, _ROUNDED * max(abs(place), 1.0))
+            known = self._anchors[place, flint.ctx.prec] = numbers, self._enclosed(wide, arb(place), numbers)[1]
+        return known[1]
+
+    def _enclosed(self, at: Any, middle: Any, numbers: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+        """A box with one solution for each x of a ball, and balls of these."""
+        approximate = self._near(float(middle))
+        count = len(approximate) // 2
+        centre = [arb(z) for z in approximate[:count]]
+        steep = self._split(self._both(*centre, middle, *numbers), count)[1:]
+        about = arb_mat(np.linalg.inv([[float(entry.mid()) for entry in row] for row in steep]).tolist())
+        reach = [2.0 * float(at.rad()) * abs(rate) + _BOX for rate in approximate[count:]]
+        for _ in range(_MOST_BOXES):
+            box = [arb(z.mid(), r) for z, r in zip(centre, reach, strict=True)]
+            inner = self._narrowed(centre, box, at, about, numbers)
+            if all(wide.contains_interior(own) for wide, own in zip(box, inner, strict=True)):
+                break
+            reach = [2.0 * float((own - z).abs_upper()) + _BOX for z, own in zip(centre, inner, strict=True)]
+            if not max(reach) < 1.0:
+                raise UnprovenError("the position of a linkage")
+        else:
+            raise UnprovenError("the position of a linkage")
+        for _ in range(_MOST_BOXES):
+            before, again = inner, self._narrowed([own.mid() for own in inner], inner, at, about, numbers)
+            inner = [one.intersection(other) for one, other in zip(before, again, strict=True)]
+            if all(2 * own.rad() > last.rad() for own, last in zip(inner, before, strict=True)):
+                break
+        return box, inner
+
+    def _narrowed(self, centre: Sequence[Any], box: Sequence[Any], at: Any, about: Any, numbers: Sequence[Any]) -> list[Any]:
+        """Krawczyk's K in a box about a centre."""
+        count = len(centre)
+        sides = self._split(self._both(*centre, at, *numbers), count)[0]
+        steep = self._split(self._both(*box, at, *numbers), count)[1:]
+        rest = arb_mat([[int(i == k) for k in range(count)] for i in range(count)]) - about * arb_mat(steep)
+        spread = rest * _column([own - z for own, z in zip(box, centre, strict=True)])
+        return [z - a + b for z, a, b in zip(centre, (about * _column(sides)).entries(), spread.entries(), strict=True)]
+
+    @staticmethod
+    def _split(values: Sequence[Any], count: int) -> list[list[Any]]:
+        """F, then the rows of its derivatives by the unknowns, as balls."""
+        entries = [ball(first(value)) for value in values]
+        return [entries[k : k + count] for k in range(0, len(entries), count)]
+
+
+class _Order:
+    """A context in which series keep terms up to an order."""
+
+    def __init__(self, order: int) -> None:
+        self._own = order + 1
+
+    def __enter__(self) -> None:
+        self._before, flint.ctx.cap = flint.ctx.cap, self._own
+
+    def __exit__(self, *_: object) -> None:
+        flint.ctx.cap = self._before
+
+
+def _value(number: Any) -> Any:
+    return number.value if isinstance(number, Jet) else number
+
+
+def _column(entries: Sequence[Any]) -> Any:
+    return arb_mat(len(entries), 1, list(entries))
+
+
+def _derivatives(rows: list[list[Any]], most: int) -> Iterator[list[Any]]:
+    """Coefficients of all functions, then of their first derivatives, and so on."""
+    for _ in range(most + 1):
+        yield from rows
+        rows = [[k * own for k, own in enumerate(row)][1:] for row in rows]
+
+
+def _at(coefficients: Sequence[Any], x: Any) -> Any:
+    """A function by its Taylor coefficients about the first term of a series x; their first one at a ball."""
+    if not isinstance(x, arb_series):
+        return coefficients[0]
+    away = arb_series([0, *(x[k] for k in range(1, x.prec))], x.prec)
+    return arb_series(coefficients[: x.prec], x.prec)(away)
