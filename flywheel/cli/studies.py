@@ -276,6 +276,19 @@ def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, 
     return intervals
 
 
+def pairs(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[tuple[str, str], float]:
+    """Correlations of pairs of paths."""
+    values = dict[tuple[str, str], float]()
+    for text in texts:
+        paths, _, value = (part.strip() for part in text.partition("="))
+        two = [path.strip() for path in paths.split(",")]
+        try:
+            values[two[0], two[1]] = float(value)
+        except (ValueError, IndexError):
+            raise click.BadParameter(f"{text!r} is not PATH,PATH=RHO, such as load.0.from,load.0.to=0.8.") from None
+    return values
+
+
 def choices(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
     """Values to choose from by path: a list, whole numbers LOW:HIGH, or the motors of a table by their names."""
     from flywheel.numerics.faults import SceneError
@@ -402,6 +415,21 @@ def sensitivities(
     multiple=True,
     help="A share of the designs, such as 0.95, in place of 0.01, 0.5 and 0.99; repeatable.",
 )
+@click.option(
+    "--within",
+    callback=spans,
+    multiple=True,
+    metavar="PATH=LOW:HIGH",
+    help="Limits of a number with a standard deviation: parts beyond them are sorted out; repeatable.",
+)
+@click.option(
+    "--correlate",
+    "correlations",
+    callback=pairs,
+    multiple=True,
+    metavar="PATH,PATH=RHO",
+    help="Correlation of two numbers with standard deviations, from -1 to 1; repeatable.",
+)
 @json_flag()
 @plot_option("Draw histograms of figures, and the contributions to their variance.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
@@ -413,6 +441,8 @@ def tolerance(
     seed: int,
     keep: dict[str, tuple[Any, Any]],
     quantiles: tuple[float, ...],
+    within: dict[str, Any],
+    correlations: dict[tuple[str, str], float],
     as_json: bool,
     plot: Path | None,
     engine: str | None,
@@ -431,6 +461,7 @@ def tolerance(
 
         machine_scene, options = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine, keep=keep)
         options |= {"quantiles": quantiles} if quantiles else {}
+        options |= {"within": within, "correlations": correlations}
         with _arguments(vary, dict.fromkeys(of)):
             names = tuple(figure_names(of))
             result = study.tolerance(machine_scene, vary, figures=names or None, **options)

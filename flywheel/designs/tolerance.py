@@ -1,5 +1,9 @@
 """Spread of a design's figures if its numbers lie within intervals, or scatter: extremes, statistics, shares of variance.
 
+Numbers that scatter are x = m + s z, z normal. Correlated ones have z = L u with L L' the matrix of their correlations, u
+independent. A number kept within limits has the part of the normal distribution between these:
+z' = F⁻¹(F(a) + (F(b) - F(a)) F(z)), F the distribution of z, a and b the limits.
+
 Shares of the variance: of first order, caused by a number alone; in total, with its interactions.
 
     S_i = V[E(y | x_i)]/V(y),   T_i = E[V(y | x_~i)]/V(y) = E[(y(A) - y(A_B,i))²]/(2 V)
@@ -11,11 +15,10 @@ Source: M. Jansen, Computer Physics Communications 117 (1999), 35; A. Saltelli e
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
 from math import factorial, isnan, sqrt
-from statistics import NormalDist
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -27,7 +30,7 @@ from flywheel.numerics import notebook
 from flywheel.numerics.arguments import brief, require
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.optima import gradient, minimum, unit_points
-from flywheel.reading.paths import by_path
+from flywheel.reading.paths import by_path, dotted
 from flywheel.scene.scene import Scene
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
@@ -43,6 +46,8 @@ _DEVIATION_ROUNDING = 1e-10  # of a figure: a deviation that rounding makes
 _UNSHARED = (
     "no shares of the variance are given: some designs are refused, and the numbers of the others are not independent"
 )
+_CORRELATED = "no shares of the variance are given: numbers are correlated"
+_LEAST_SHARE = 1e-3  # of normal numbers within their limits
 _RESIDUAL_VARIANCE = 1e-4  # of a figure's variance: what a polynomial may leave of it
 _SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
@@ -101,6 +106,7 @@ class Tolerance:
     taken, `figures[name]` these; `refused` is the number of invalid ones, with `reason` for one. `messages` describe the
     sizing. If the user `interrupted` it, all results are from the designs until then. `quantiles` are the shares of designs
     below those of the spreads; `kept` is the probability that all limits are kept together, with its sampling error.
+    `within` are the limits of numbers that scatter, `correlations` those of pairs of them.
     """
 
     scene: Scene
@@ -119,6 +125,8 @@ class Tolerance:
     interrupted: bool = False
     quantiles: tuple[float, ...] = QUANTILES
     kept: tuple[float, float] | None = None
+    within: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Numbers of figures and of varied numbers."""
@@ -140,6 +148,7 @@ class Tolerance:
                 "unit": self.units[path],
                 "interval": list(self.intervals[path]) if path in self.intervals else None,
                 "deviation": self.deviations.get(path),
+                "within": list(self.within[path]) if path in self.within else None,
             }
             for path, value in self.numbers.items()
         }
@@ -163,6 +172,7 @@ class Tolerance:
         return {
             "title": self.scene.title,
             "numbers": numbers,
+            "correlations": [{"of": list(pair), "value": value} for pair, value in self.correlations.items()],
             "figures": figures,
             "samples": self.samples.shape[1],
             "designs": self.designs,
@@ -185,6 +195,8 @@ def tolerance(
     engine: str | None = None,
     quantiles: Iterable[float] = QUANTILES,
     keep: Mapping[str, Any] | None = None,
+    within: Mapping[str, Any] | None = None,
+    correlations: Mapping[tuple[str, str], float] | None = None,
 ) -> Tolerance:
     """Finds the spread of a design's figures as some of its numbers lie within intervals, or scatter normally.
 
@@ -204,6 +216,9 @@ def tolerance(
         quantiles: shares of designs, between 0 and 1.
         keep: limits (low, high) of figures, by their names, None where one is open; SI, or texts with units. The result
             has the probability that each is kept, and all together.
+        within: limits (low, high) of numbers that scatter, by their paths, None where one is open: parts beyond them are
+            sorted out.
+        correlations: of pairs of numbers that scatter, between -1 and 1; of their normal numbers where they have limits.
 
     Raises:
         SceneError: if the scene itself is refused, a number or figure does not exist, or an interval or a limit is not
@@ -222,6 +237,7 @@ def tolerance(
     vary = by_path(vary)
     family = Variation(scene, vary, rtol, engine)
     intervals, deviations = _ranges(family, vary)
+    scatter = _scatter(family, deviations, within or {}, correlations or {})
     if not 64 <= samples <= _MOST_SAMPLES or samples & (samples - 1):
         raise SceneError([Fault("samples", brief(samples), f"a power of two from 64 to {_MOST_SAMPLES}")])
     levels = tuple(quantiles)
@@ -239,7 +255,7 @@ def tolerance(
     nominal, _ = family(family.nominal[:, None])
     if scene.stroke is None:
         family.near = {NAMES[i]: float(nominal[i, 0]) for i in chosen if NAMES[i] in ANGLES}
-    sample = _sampled(family, intervals, deviations, samples, seed)
+    sample = _sampled(family, intervals, scatter, samples, seed)
     interrupted, extremes = not sample.done.all(), dict[int, tuple[Bound, Bound]]()
     said = [f"interrupted: {int(sample.done.sum())} of {sample.done.size} samples were sized"] if interrupted else []
     if intervals:
@@ -265,7 +281,14 @@ def tolerance(
         deviations=deviations,
         spreads={
             NAMES[i]: _spread(
-                sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i), levels, limited.get(i)
+                sample,
+                i,
+                float(nominal[i, 0]),
+                () if scatter.correlations else family.paths,
+                samples,
+                extremes.get(i),
+                levels,
+                limited.get(i),
             )
             for i in chosen
         },
@@ -276,10 +299,13 @@ def tolerance(
         reason=next(refused, ""),
         designs=family.count,
         messages=(*said, *family.said)
-        + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any()),
+        + (_UNSHARED,) * bool(len(family.paths) > 1 and np.isnan(sample.values[chosen][:, sample.done]).any())
+        + (_CORRELATED,) * bool(scatter.correlations),
         interrupted=interrupted,
         quantiles=levels,
         kept=_together_kept(sample, samples, limited) if limited else None,
+        within=scatter.within,
+        correlations=scatter.correlations,
     )
 
 
@@ -314,6 +340,71 @@ def _ranges(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple
     return intervals, deviations
 
 
+class _Scatter(NamedTuple):
+    """Numbers that scatter: deviations and limits (SI) by path, correlations of pairs, and the root of their matrix."""
+
+    deviations: dict[str, float]
+    within: dict[str, tuple[float | None, float | None]]
+    correlations: dict[tuple[str, str], float]
+    root: Array
+
+    def points(self, nominal: Array, standard: Array) -> Array:
+        """The numbers (paths, designs) from independent standard normal ones."""
+        from scipy.special import ndtr, ndtri
+
+        normal = self.root @ standard
+        sigma = np.array(list(self.deviations.values()))
+        for i, path in enumerate(self.deviations):
+            if path in self.within:
+                first, last = self._shares(path, float(nominal[i]))
+                normal[i] = ndtri(first + (last - first) * ndtr(normal[i]))
+        return np.asarray(nominal[:, None] + sigma[:, None] * normal)
+
+    def _shares(self, path: str, nominal: float) -> tuple[float, float]:
+        """Shares of normal numbers below either limit."""
+        from scipy.special import ndtr
+
+        low, high = ((end - nominal) / self.deviations[path] if end is not None else None for end in self.within[path])
+        return 0.0 if low is None else float(ndtr(low)), 1.0 if high is None else float(ndtr(high))
+
+
+def _scatter(
+    family: Variation, deviations: dict[str, float], within: Mapping[str, Any], correlations: Mapping[tuple[str, str], float]
+) -> _Scatter:
+    """Numbers that scatter, with their limits and correlations; SceneError for those that contradict each other."""
+    scatter, faults = _Scatter(deviations, {}, {}, np.eye(len(family.paths))), list[Fault]()
+    for path, pair in by_path(within).items():
+        if path not in deviations:
+            faults.append(Fault(f"within {path}", "no deviation of it", "one, whose ends are cut off"))
+            continue
+        i = family.paths.index(path)
+        scatter.within[path] = limits_of(pair, family.units[i], f"within {path}")
+        first, last = scatter._shares(path, float(family.nominal[i]))
+        if last - first < _LEAST_SHARE:
+            share = f"limits that contain {100 * (last - first):.2g} % of the numbers"
+            faults.append(Fault(f"within {path}", share, f"{100 * _LEAST_SHARE:g} % or more"))
+    for pair, value in correlations.items():
+        paths = tuple(map(dotted, pair))
+        name = f"correlation of {' and '.join(paths)}"
+        if len(set(paths)) != 2 or not set(paths) <= set(deviations) or {*paths} in map(set, scatter.correlations):
+            faults.append(Fault(name, "no pair of numbers that scatter", "two of them, once"))
+        elif not -1.0 < value < 1.0:
+            faults.append(Fault(name, f"{value:g}", "a number between -1 and 1"))
+        else:
+            scatter.correlations[paths[0], paths[1]] = float(value)
+    if faults:
+        raise SceneError(faults)
+    matrix = np.eye(len(family.paths))
+    for (one, two), value in scatter.correlations.items():
+        i, j = family.paths.index(one), family.paths.index(two)
+        matrix[i, j] = matrix[j, i] = value
+    try:
+        return scatter._replace(root=np.linalg.cholesky(matrix))
+    except np.linalg.LinAlgError:
+        impossible = "values that no numbers can have together"
+        raise SceneError([Fault("correlations", impossible, "those of a positive definite matrix")]) from None
+
+
 # -- samples -----------------------------------------------------------------------------------------------------------
 
 
@@ -337,7 +428,7 @@ class _Sample(NamedTuple):
 def _sampled(
     family: Variation,
     intervals: Mapping[str, tuple[float, float]],
-    deviations: Mapping[str, float],
+    scatter: _Scatter,
     samples: int,
     seed: int,
 ) -> _Sample:
@@ -347,7 +438,7 @@ def _sampled(
     unit = np.clip(np.concatenate(parts, axis=1), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     first, second = unit[:count], unit[count:]
     mixed = []
-    for i in range(count if count > 1 else 0):
+    for i in range(count if count > 1 and not scatter.correlations else 0):
         own = first.copy()
         own[i] = second[i]
         mixed.append(own)
@@ -357,7 +448,7 @@ def _sampled(
         points, standard = np.clip(low + (high - low) * unit, low, high), 2.0 * unit - 1.0
     else:
         standard = _standard(unit)
-        points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
+        points = scatter.points(family.nominal, standard)
     powers = _powers(count, samples // 4)
     more = np.clip(unit_points("sobol", _MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
@@ -373,7 +464,9 @@ def _sampled(
 
 def _standard(unit: Array) -> Array:
     """Standard normal numbers from uniform ones."""
-    return np.asarray(np.vectorize(NormalDist().inv_cdf, otypes=[float])(unit))
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(unit))
 
 
 def _powers(count: int, most: int) -> NDArray[np.int64]:

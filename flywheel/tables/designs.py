@@ -297,10 +297,11 @@ def tolerance_text(tolerance: Tolerance, names: Sequence[str] = ()) -> str:
             low, high = (_number_text(end, unit) for end in tolerance.intervals[path])
             rows.append((path, f"{low} to {high}", _unit(unit)))
         else:
-            rows.append(
-                (path, f"{_number_text(value, unit)} ± {_number_text(tolerance.deviations[path], unit, 4)}", _unit(unit))
-            )
-    blocks = [[*head, *_cut(columns(rows))]]
+            text = f"{_number_text(value, unit)} ± {_number_text(tolerance.deviations[path], unit, 4)}"
+            ends = ["open" if end is None else _number_text(end, unit) for end in tolerance.within.get(path, ())]
+            rows.append((path, text, _unit(unit), f"within {' to '.join(ends)}" if ends else ""))
+    said = [f"  correlation of {' and '.join(pair)}: {value:g}" for pair, value in tolerance.correlations.items()]
+    blocks = [[*head, *_cut([*columns(rows), *said])]]
     if tolerance.intervals:
         blocks.append(["Least and greatest values within the intervals", *_extremes(tolerance, kept)])
     blocks.append([f"Statistics of {count} samples, to the digits that sampling allows", *_statistics(tolerance, kept)])

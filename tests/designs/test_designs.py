@@ -612,6 +612,77 @@ def test_samples_are_a_power_of_two(samples):
         flywheel.optimize(flywheel.load(ROTOR), "exact", over={"load.0.to": (1, 2)}, samples=samples, starts=1)
 
 
+# -- correlated numbers, and limited ones ------------------------------------------------------------------------------
+
+WINDOW = ROTOR | {"load": [{"on": "crank", "torque": "-100 N m", "from": "30 deg", "to": "120 deg"}]}
+"""Load T from a to b at w: power T (b - a) w/2pi, linear in the two."""
+PER_RAD = 100 * 30 / math.tau
+
+
+@pytest.mark.parametrize("rho", [-0.6, 0.8])
+def test_correlated_numbers_of_a_linear_figure(rho):
+    """The variance of b - a is s_a² + s_b² - 2 rho s_a s_b."""
+    vary, correlations = {"load.0.from": 0.03, "load.0.to": 0.05}, {("load[0].from", "load[0].to"): rho}
+    found = flywheel.tolerance(flywheel.load(WINDOW), vary, samples=64, figures=["power"], correlations=correlations)
+    spread, variance = found["power"], 0.03**2 + 0.05**2 - 2 * rho * 0.03 * 0.05
+    assert spread.mean == pytest.approx(PER_RAD * math.pi / 2, rel=1e-9)
+    assert spread.deviation == pytest.approx(PER_RAD * math.sqrt(variance), rel=1e-8)
+    assert np.corrcoef(found.samples)[0, 1] == pytest.approx(rho, abs=0.2)
+    assert spread.shares == {}
+    assert found.messages[-1] == "no shares of the variance are given: numbers are correlated"
+    assert found.as_dict()["correlations"] == [{"of": ["load.0.from", "load.0.to"], "value": rho}]
+
+
+@pytest.mark.parametrize("ends", [(2.0, 2.2), (2.05, None)])
+def test_numbers_that_are_kept_within_limits(ends):
+    """A normal distribution cut off at its limits has the mean m + s (f(a) - f(b))/Z, f the density and Z the share."""
+    nominal, sigma = 2 * math.pi / 3, 0.05
+    low, high = ((math.inf if end is None else end - nominal) / sigma for end in ends)
+    share = mpmath.ncdf(high) - mpmath.ncdf(low)
+    mean = nominal + sigma * float((mpmath.npdf(low) - mpmath.npdf(high)) / share)
+    scene, within = flywheel.load(WINDOW), {"load.0.to": ends}
+    found = flywheel.tolerance(scene, {"load.0.to": sigma}, within=within, samples=512, quantiles=[0.5], figures=["power"])
+    spread = found["power"]
+    assert found.samples.min() >= ends[0]
+    assert found.samples.max() <= (ends[1] or math.inf)
+    assert spread.mean == pytest.approx(PER_RAD * (mean - math.pi / 6), abs=5 * spread.mean_error + 1e-6)
+    middle = mpmath.findroot(lambda x: mpmath.ncdf(x) - mpmath.ncdf(low) - share / 2, 0.0)
+    assert spread.quantiles[0] == pytest.approx(PER_RAD * (nominal + sigma * float(middle) - math.pi / 6), rel=3e-3)
+
+
+def test_the_command_states_correlations_and_limits(tmp_path):
+    scene = tmp_path / "rotor.toml"
+    scene.write_text(
+        "load = [{on = 'crank', torque = '-100 N m', from = '30 deg', to = '90 deg'}]\n"
+        "drive.torque = 'balance'\nregime.speed = '300 rpm'\nflywheel.irregularity = 0.02\n"
+    )
+    vary = ("--vary", "load.0.to=±2deg", "--vary", "load.0.from=±1deg", "--samples", "64", "--of", "power")
+
+    def run(*options):
+        return CliRunner().invoke(main, ["tolerance", str(scene), *vary, *options])
+
+    found = run("--within", "load.0.to=88deg:91deg", "--correlate", "load.0.to,load.0.from=0.5")
+    assert found.exit_code == 0, found.stderr
+    lines = found.stdout.splitlines()
+    assert lines[1].split() == ["load.0.to", "90", "±", "2", "deg", "within", "88", "to", "91"]
+    assert lines[3] == "  correlation of load.0.to and load.0.from: 0.5"
+    assert "is not PATH,PATH=RHO" in run("--correlate", "load.0.to=0.5").stderr
+
+
+def test_correlations_and_limits_that_cannot_be():
+    scene, vary = flywheel.load(WINDOW), {"load.0.from": 0.03, "load.0.to": 0.05, "regime.speed": 1.0}
+    pairs = {("load.0.from", "load.0.to"): 0.9, ("load.0.to", "regime.speed"): 0.9, ("load.0.from", "regime.speed"): -0.9}
+    for options, told in (
+        ({"correlations": pairs}, "expected those of a positive definite matrix"),
+        ({"correlations": {("load.0.from", "load.0.to"): 1.0}}, "expected a number between -1 and 1"),
+        ({"correlations": {("load.0.from", "power"): 0.5}}, "no pair of numbers that scatter"),
+        ({"within": {"load.0.to": (3.0, 3.1)}}, "expected 0.1 % or more"),
+        ({"within": {"flywheel.irregularity": (0.01, 0.02)}}, "no deviation of it"),
+    ):
+        with pytest.raises(flywheel.SceneError, match=told):
+            flywheel.tolerance(scene, vary, samples=64, **options)
+
+
 # -- choices -----------------------------------------------------------------------------------------------------------
 
 ARMED = {"irregularity": 0.02, "shape": "arms", "outer_radius": "600 mm", "width": "120 mm", "bore": "60 mm", "arms": 6}
