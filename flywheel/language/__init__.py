@@ -53,6 +53,7 @@ _ENTRY = re.compile(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)^msgstr ((?:"(?:[^"\\]|\
 _PIECE = re.compile(r'"(?:[^"\\]|\\.)*"')
 _DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _FIGURE = re.compile(r"(?<![=\w.,])(\d+)\.(?=\d)")
+_NAMES = re.compile(r"[\w.-]+(, [\w.-]+)+")  # keys, of which some are English words, such as from and to
 _QUOTED = re.compile(r'("[^"]*")')
 _PLACEHOLDER = re.compile(r"\{(\d+)\}")
 _ENGLISH = re.compile(
@@ -138,7 +139,7 @@ def _by_templates(language: str, sentence: str) -> str:
         if fit is None or sum(value.count('"') % 2 for value in fit.groups()) > words.count('"') % 2:
             continue  # or the template would part what is in quotes
         values = [value if value.count('"') % 2 else _by_templates(language, value) for value in fit.groups()]
-        if any(_ENGLISH.search(_QUOTED.sub("", value)) for value in values):
+        if any(_ENGLISH.search(_QUOTED.sub("", value)) for value in values if not _NAMES.fullmatch(value)):
             continue  # a whole sentence in English rather than one half in it
         return sentence.replace(words, _PLACEHOLDER.sub(lambda place: values[int(place[1])], translation))  # noqa: B023
     return sentence

@@ -161,10 +161,10 @@ def coordinate_text(value: float, sliding: bool) -> str:
 def nearest(name: str, valid: Iterable[str]) -> str:
     """The valid name most similar to a wrong one; empty if none is similar.
 
-    >>> nearest("lenght", ["mass", "length"]), nearest("RPM", ["rpm", "rad"]), nearest("zzz", ["mass"])
-    ('length', 'rpm', '')
+    >>> nearest("lenght", ["mass", "length"]), nearest("MM", ["Mm", "mm"]), nearest("zzz", ["mass"])
+    ('length', 'mm', '')
     """
-    names = sorted(valid)
+    names = sorted(valid, key=lambda other: (other != name.lower(), other))
     for other in names:
         if other.casefold() == name.casefold():
             return other

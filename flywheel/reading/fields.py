@@ -68,6 +68,8 @@ class Faults(list[Fault]):
         """Notes an unknown name, with the nearest known one, or the tables that have it."""
         few, table = len(self) < _SUGGESTIONS, path.rpartition(".")[0]
         advice, key = suggestion(name, valid) if few else "", nearest(name, valid) if few else ""
+        if few and what == "type" and (near := next(iter(_TRADE.get(str(name), ())), "")) in valid:
+            advice = f"did you mean {quote(near)}?"
         if what.startswith("key"):
             home, meant = _home(name, valid, table.rpartition(".")[2])
             advice, key = (home, meant) if home else (advice, key)
@@ -107,9 +109,14 @@ _TRADE = {
     **dict.fromkeys(("inertia", "mass"), ("value",)),
     **dict.fromkeys(("j", "i", "moment_of_inertia"), ("value", "inertia")),
     **dict.fromkeys(("rpm", "n", "rotational_speed"), ("speed",)),
+    **dict.fromkeys(("moment", "couple", "momento", "par"), ("torque",)),
+    **dict.fromkeys(("crank-slider", "biela-manivela"), ("slider-crank",)),
+    **dict.fromkeys(("crank-rocker", "four-bar-linkage", "cuatro-barras"), ("four-bar",)),
+    **dict.fromkeys(("shaper", "quick-return", "whitworth"), ("crank-shaper",)),
+    "yugo-escoces": ("scotch-yoke",),
     **dict.fromkeys(("delta", "cs", "fluctuation", "coefficient_of_fluctuation"), ("irregularity",)),
 }
-"""Other technical words for keys, with the keys that they may mean."""
+"""Other technical words for keys and types, with those that they may mean."""
 
 
 def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]:
@@ -132,7 +139,9 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]
         return f"did you mean {near}?", near
     if mechanism and meant == ("length",):
         return "did you mean crank.length?", "crank.length"
-    if word in ("stroke", "diameter") and (owner in ("crank", "slider", "yoke") or {"slider", "yoke"} & set(valid)):
+    if word in ("stroke", "diameter", "carrera") and (
+        owner in ("crank", "slider", "yoke") or {"slider", "yoke"} & set(valid)
+    ):
         key = "crank.length" if mechanism else ".crank.length"
         return "the stroke of an in-line mechanism is twice crank.length", key
     of, _, key = word.partition("_")
@@ -152,6 +161,8 @@ def _home(name: str, valid: Collection[str], owner: str = "") -> tuple[str, str]
         return "", ""
     if name in SECTIONS:
         return f"{name} is a table of its own: write {heading(name)}", ""
+    if owner == "drive" and name in ("type", "poles", "frequency", "voltage", "current", "slip"):
+        return f"{name} is a key of [drive.motor]", ""
     tables = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
     if kinds:
         tables = [heading("mechanism")]

@@ -63,6 +63,9 @@ def test_a_fault_is_told_by_its_parts():
     with use("es"):
         assert fault.description == f' (línea 5): hay "0,6 m", se esperaba {expected}'
     assert "found" in fault.description
+    keys = Fault("load[0].x", 'key "x"', "a known key", "valid here: bore, from, on, to")
+    with use("es"):
+        assert keys.description.endswith("; válidos aquí: bore, from, on, to")
 
 
 @pytest.mark.parametrize(

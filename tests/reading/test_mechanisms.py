@@ -67,6 +67,7 @@ def test_bodies_and_geometry_have_defaults(kind):
         ("slider-crank", "crank", "throw", "did you mean crank.length?"),
         ("slider-crank", "crank", "crankshaft", "did you mean crank?"),
         ("slider-crank", "rod", "biela", "did you mean rod?"),
+        ("slider-crank", "crank", "carrera", "the stroke of an in-line mechanism is twice crank.length"),
         ("scotch-yoke", "crank", "stroke", "the stroke of an in-line mechanism is twice crank.length"),
     ],
 )
@@ -88,11 +89,18 @@ def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
         ("rocker.length = 2", "mechanism.rocker", "rocker belongs to type four-bar or crank-shaper"),
         ("[[inertia]]\non = 'crank'\ninertia = 2", "inertia[0].inertia", "did you mean value?"),
         ("[[load]]\non = 'piston'\nforce = -1", "load[0].on", 'did you mean "slider-crank.slider"?'),
+        ("[[load]]\non = 'crank'\nmoment = -1", "load[0].moment", "did you mean torque?"),
+        ("[drive]\ntype = 'induction'", "drive.type", "type is a key of [drive.motor]"),
     ],
 )
 def test_a_word_of_the_trade_in_a_table_leads_to_its_key(line, path, advice):
     text = f"[mechanism]\ntype = 'slider-crank'\n{GOOD['slider-crank']}\n{line}"
     assert faults(text)[path].endswith(f"; {advice}")
+
+
+@pytest.mark.parametrize("word", ["crank-slider", "biela-manivela"])
+def test_another_name_of_a_type_leads_to_it(word):
+    assert faults(f"[mechanism]\ntype = '{word}'\n")["mechanism.type"].endswith('; did you mean "slider-crank"?')
 
 
 @pytest.mark.parametrize(
