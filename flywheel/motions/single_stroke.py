@@ -71,7 +71,7 @@ _NO_CYCLE = (
 )
 _NO_FLYWHEELS = "approximate", "approximate_total", "inertia_torque", "needed"
 _NULL = "a machine that works stroke by stroke has no steady cycle: its crank stands still between strokes"
-_TIME = "time of the stroke"
+_TIME, _RECOVERY = "time of the stroke", "recovery of the drive"
 _MOTOR_TORQUE, _MOTOR_HEAT = "motor torque", "motor heat"
 _HOUR = 3600.0
 _NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
@@ -136,7 +136,8 @@ def share_name(name: str) -> str:
         "brake heat a stroke": _("brake heat a stroke"),
         "brake heat an hour": _("brake heat an hour"),
         "brake at rest": _("brake at rest"),
-        "time of the stroke": _("time of the stroke"),
+        _TIME: _("time of the stroke"),
+        _RECOVERY: _("recovery of the drive"),
     }.get(name, name)
 
 
@@ -545,11 +546,11 @@ def load_limits(strokes: Strokes, figures: Mapping[str, Any]) -> dict[str, tuple
         if motor.inverter.chopper_power is not None:
             limits["braking resistor"] = "power_returned", motor.inverter.chopper_power
     limits["clutch torque"] = "clutch_torque", clutch.static_torque
-    for part, of in (("clutch", clutch), ("brake", brake)):
-        if of.heat_per_stroke is not None:
-            limits[f"{part} heat a stroke"] = f"{part}_heat", of.heat_per_stroke
-        if of.heat_per_hour is not None:
-            limits[f"{part} heat an hour"] = f"{part}_heat_per_hour", of.heat_per_hour
+    hot = ("clutch heat a stroke", "clutch heat an hour", clutch), ("brake heat a stroke", "brake heat an hour", brake)
+    for stroke, hour, part in hot:
+        heat = "clutch_heat" if part is clutch else "brake_heat"
+        limits |= {} if part.heat_per_stroke is None else {stroke: (heat, part.heat_per_stroke)}
+        limits |= {} if part.heat_per_hour is None else {hour: (f"{heat}_per_hour", part.heat_per_hour)}
     return limits | {"brake at rest": ("holding_torque", brake.torque), _TIME: ("stroke_time", figures["period"])}
 
 
@@ -801,14 +802,22 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
         middle = 0.5 * (slow + fast)
         slow, fast = (middle, fast) if over(middle) <= 0.0 else (slow, middle)
     if math.isinf(over(fast)):  # it fails before anything comes to its limit
-        period, slower = rates[slow][2], max((gap for gap in rates if gap < slow), default=slow)
+        place, name, period = slow, rates[fast][1], rates[slow][2]
+        slower = max((gap for gap in rates if gap < slow), default=slow)
         step = abs(rates[slower][2] - period) / max(slow - slower, 1e-300)
-        return count / period, rates[fast][1], count / period**2 * step * (fast - slow)
-    limit = root(lambda gap: over(gap) if abs(over(gap)) > _RATE else 0.0, slow, fast)
-    (off, name, period), others = rates[limit], [gap for gap in rates if gap != limit and rates[gap][2] > 0.0]
-    other = min(others, key=lambda gap: abs(gap - limit))
-    steepness = abs((rates[other][0] - off) / (rates[other][2] - period))
-    return count / period, name, count / period**2 * (abs(off) + _RATE + _ADDING * strokes.rtol) / steepness
+        off = step * (fast - slow)
+    else:
+        place = root(lambda gap: over(gap) if abs(over(gap)) > _RATE else 0.0, slow, fast)
+        (excess, name, period), others = rates[place], [gap for gap in rates if gap != place and rates[gap][2] > 0.0]
+        other = min(others, key=lambda gap: abs(gap - place))
+        off = (abs(excess) + _RATE + _ADDING * strokes.rtol) / abs((rates[other][0] - excess) / (rates[other][2] - period))
+    within = sorted({place, *(gap for gap in rates if over(gap) <= 0.0)})
+    k = min(range(len(within)), key=lambda each: rates[within[each]][2])
+    if rates[within[k]][2] < (1.0 - _RATE) * period:  # from a lower speed the recovery lasts longer again
+        ends = within[max(k - 1, 0)], within[min(k + 1, len(within) - 1)]
+        _gap, least = summit(lambda gap: -math.inf if over(gap) > 0.0 else -rates[gap][2], *ends, _FAILS)
+        name, period, off = _RECOVERY, -least, (_RATE + _ADDING * strokes.rtol) * -least
+    return count / period, name, count / period**2 * off
 
 
 def _sooner(phases: Phases, share: float) -> float:

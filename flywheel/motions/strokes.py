@@ -41,6 +41,7 @@ _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
 _EVEN = 1e-3  # by which the rate of that may change over half of what is left
+_REGAINED = 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that the drive keeps
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
@@ -48,9 +49,8 @@ _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it af
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
 _SLIPS = {"slip": 1, "overrun": -1}  # how a locked clutch begins to slip: the driving side then is faster, or slower
-NAME = "clutch"
-"""The path of the clutch's torque as a load, and `BRAKE` that of the brake's."""
-BRAKE = "brake[0]"
+NAME, BRAKE = "clutch", "brake[0]"
+"""The paths of the clutch's torque and of the brake's as loads."""
 
 
 class Ramp(NamedTuple):
@@ -311,11 +311,9 @@ class Strokes:
         moments = self.driving.surplus(still + math.pi, Anchor(math.pi, None, None), speeds, still, still)
         falls = np.flatnonzero((moments[:-1] > 0.0) & (moments[1:] <= 0.0))
         if not falls.size:
-            defect, expected = (
-                "a torque that is 0 at no speed, or does not fall there",
-                "one that brings the wheel to a speed",
-            )
-            raise SceneError([Fault("drive", defect, expected, "a motor, or an expression that falls with omega")])
+            defect = "a torque that is 0 at no speed, or does not fall there"
+            advice = "a motor, or an expression that falls with omega"
+            raise SceneError([Fault("drive", defect, "one that brings the wheel to a speed", advice)])
         k = int(falls[-1])
         return root(moment, float(speeds[k]), float(speeds[k + 1])) / self.ratio
 
@@ -327,11 +325,7 @@ class Strokes:
     def stroke(self, speed: float, rest: float, *, regains: bool = False) -> Phases:
         """One stroke, from a speed (rad/s) of the clutch's shaft and an angle (rad) at which the crank stands.
 
-        Args:
-            speed: of the driving side where the clutch engages.
-            rest: crank angle at that instant.
-            regains: True engages the clutch again when the driving side has regained its speed, instead of at the scene's
-            rate.
+        With `regains` the clutch engages again when the driving side has regained its speed, not at the scene's rate.
 
         Raises:
             SceneError: a clutch that does not lock, a crank that stalls behind it, a machine that stalls, a brake that does
@@ -659,52 +653,60 @@ class Strokes:
 def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | None = None) -> Phases:
     """The periodic stroke: it ends with the speed of the driving side and the resting angle of the crank at its start.
 
-    Args:
-        strokes: of the machine.
-        guess: a stroke of a similar machine; from the motor's no-load speed and `stop_at` if None.
-        earlier: the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
+    `guess` is a stroke of a similar machine (without one the search begins with the motor's no-load speed and `stop_at`),
+    `earlier` the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
 
     Raises:
         SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke is periodic.
 
     """
-    return _returning(strokes, guess, earlier, None)[1]
+    try:
+        return fitted(strokes, guess, None, 1.0, earlier)[1]
+    except SceneError as error:
+        if strokes.plan.rate is None or not error.faults[0].path.startswith("single_stroke"):
+            raise
+        raise _beyond_rate(strokes, error.faults[0]) from None
+
+
+def _beyond_rate(strokes: Strokes, fault: Fault) -> SceneError:
+    """The fault of a rate that is not kept, with the rate at which the drive brings the wheel back, from speeds tried."""
+    idle, rates = strokes.typical * strokes.ratio, list[float]()
+    for share in _REGAINED:
+        try:
+            phases = strokes.stroke(share * idle, strokes.plan.stop_at, regains=True)
+        except SceneError as error:
+            last = error
+            continue
+        rates.append(60.0 * strokes.plan.continuous / max(phases.period, phases.stop_time))
+    if not rates:  # no speed is regained
+        return last
+    if max(rates) < 60.0 * (strokes.plan.rate or 0.0):
+        fault = fault._replace(advice=f"at most about {max(rates):.3g} strokes a minute, or a stronger motor")
+    return SceneError([fault])
 
 
 def fitted(
     strokes: Strokes,
     guess: Phases | None,
-    excess: Callable[[Strokes, Phases], float],
+    excess: Callable[[Strokes, Phases], float] | None,
     closest: float,
     earlier: Phases | None = None,
 ) -> tuple[Strokes, Phases]:
-    """The machine with the flywheel at which an excess is 0, and its periodic stroke, from a neighbouring one.
+    """The periodic stroke and its machine, with an excess that with the flywheel at which that is 0.
+
+    By Newton's method on the whole stroke. Its derivatives are at first differences of neighbouring strokes, then Broyden's.
+    With an excess the flywheel's inertia is a third unknown.
 
     Args:
-        strokes: of the machine with nearly that flywheel.
+        strokes: of the machine, or of one with nearly that flywheel.
         guess: as for `periodic`.
-        excess: relative, of a machine and its stroke; solved to within `closest`.
+        excess: relative, of a machine and its stroke; solved to within `closest`; None for the machine as it is.
         closest: of the excess.
-        earlier: the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
+        earlier: as for `periodic`.
 
     Raises:
         SceneError: as `periodic`.
 
-    """
-    return _returning(strokes, guess, earlier, excess, closest)
-
-
-def _returning(
-    strokes: Strokes,
-    guess: Phases | None,
-    earlier: Phases | None,
-    excess: Callable[[Strokes, Phases], float] | None,
-    closest: float = 1.0,
-) -> tuple[Strokes, Phases]:
-    """The periodic stroke and its machine, by Newton's method on the whole stroke.
-
-    Its derivatives are at first differences of neighbouring strokes, then Broyden's. With an excess the flywheel's inertia
-    is a third unknown.
     """
     turns, enough = strokes.plan.continuous * TURN, _ENOUGH * strokes.rtol
 

@@ -532,6 +532,22 @@ def test_what_does_not_work_is_refused_with_its_reason(changes, words):
         flywheel.single_stroke(flywheel.load(ROTOR).with_(changes))
 
 
+def test_a_rate_that_the_motor_does_not_keep_is_refused_with_one_that_it_keeps():
+    weak = rotor(drive__torque="0.05*(40 - omega)")
+    with pytest.raises(SceneError, match=r"at most about [\d.]+ strokes a minute, or a stronger motor") as refused:
+        flywheel.single_stroke(weak, 1e-4, rates=False)
+    most = float(re.search(r"about ([\d.]+)", str(refused.value))[1])
+    kept = flywheel.single_stroke(weak.with_({"single_stroke.rate": f"{0.95 * most} 1/min"}), 1e-4)
+    assert kept.decides == "recovery of the drive"  # below it strokes from slower speeds return at lower rates again
+    for share, returns in ((0.999, True), (1.001, False)):
+        scene = weak.with_({"single_stroke.rate": share * kept.greatest_rate})
+        if returns:
+            assert flywheel.single_stroke(scene, 1e-4, rates=False, near=kept).rate == share * kept.greatest_rate
+        else:
+            with pytest.raises(SceneError):
+                flywheel.single_stroke(scene, 1e-4, rates=False, near=kept)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
