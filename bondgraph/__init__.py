@@ -103,7 +103,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use (PEP 562), so that importing the package costs nothing."""
+    """Imports a public name from its module on first use (PEP 562), so that importing the package costs nothing."""
     if name not in _HOMES:
         raise AttributeError(f"module 'bondgraph' has no attribute {name!r}")
     value = getattr(import_module(f"bondgraph.{_HOMES[name]}"), name)

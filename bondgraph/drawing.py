@@ -240,7 +240,7 @@ def _dashes(box: Box) -> Mark:
 
 
 def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options: Any) -> Figure:
-    """Draw a graph, and save the picture if a file is named; the same graph gives the same file every time.
+    """Draws a graph, and saves the picture if a file is named; the same graph gives the same file every time.
 
     Half arrows point where power counts as positive and lie on the flow side of their bonds, below or to the right, with
     the bond numbers on the other side; the bar at one end of a bond is its causal stroke, where effort is received. A full

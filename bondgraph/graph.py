@@ -694,7 +694,7 @@ class Builder:
         self._parameters: dict[str, float | None] = {}
 
     def add(self, element: Element) -> str:
-        """Add an element, not yet bonded; its name must be new. Returns the name."""
+        """Adds an element, not yet bonded; its name must be new. Returns the name."""
         if not isinstance(element, Element):
             raise GraphError(f"found {element!r}, expected an element, such as I('J', 2.0)")
         if not isinstance(element.name, str) or not element.name:
@@ -709,7 +709,7 @@ class Builder:
     def one(
         self, name: str, domain: str = "", *, displacement: str | None = None, initial: float = 0.0, when: Any = None
     ) -> Builder:
-        """Add a 1-junction, and declare the integral of its flow under the name `displacement` if one is given.
+        """Adds a 1-junction, and declares the integral of its flow under the name `displacement` if one is given.
 
         With `when`, a function such as `lambda t: t > 1`, it is switched: while that does not hold, its flow is 0. Besides
         the quantities of laws, the condition of a switched junction may read its own `f_NAME` and `e_NAME`, one of which is
@@ -719,7 +719,7 @@ class Builder:
         return self if displacement is None else self.displacement(displacement, name, initial)
 
     def zero(self, name: str, domain: str = "", *, when: Any = None) -> Builder:
-        """Add a 0-junction; with `when`, a switched one: while that does not hold, its effort is 0.
+        """Adds a 0-junction; with `when`, a switched one: while that does not hold, its effort is 0.
 
         A clutch: `b.zero("clutch", when=lambda t: t > 1).bond("motor", "clutch").bond("clutch", "load")`.
         """
@@ -727,40 +727,40 @@ class Builder:
         return self
 
     def displacement(self, name: str, of: str, initial: float = 0.0) -> Builder:
-        """Declare the integral of the flow of the 1-junction `of`, so that laws may depend on it."""
+        """Declares the integral of the flow of the 1-junction `of`, so that laws may depend on it."""
         if name in self._displacements:
             raise GraphError(f"two displacements are named {name!r}")
         self._displacements[name] = Displacement(name, of, float(initial))
         return self
 
     def signal(self, *names: str) -> Builder:
-        """Declare functions of time that laws may depend on; a simulation is given them."""
+        """Declares functions of time that laws may depend on; a simulation is given them."""
         self._signals += [name for name in names if name not in self._signals]
         return self
 
     def parameter(self, **values: float | None) -> Builder:
-        """Declare named constants that laws may use, with their values (None: left open)."""
+        """Declares named constants that laws may use, with their values (None: left open)."""
         self._parameters |= values
         return self
 
     def bond(self, tail: str, head: str) -> Builder:
-        """Join two elements by the next bond, half arrow at `head`."""
+        """Joins two elements by the next bond, half arrow at `head`."""
         self._bonds.append(Bond(len(self._bonds) + 1, tail, head))
         return self
 
     def port(self, junction: str, element: Element) -> Builder:
-        """Attach a one-port to a junction: power flows out of sources and into everything else."""
+        """Attaches a one-port to a junction: power flows out of sources and into everything else."""
         name = self.add(element)
         return self.bond(*((name, junction) if element.kind in SOURCES else (junction, name)))
 
     def on(self, junction: str, *elements: Element) -> Builder:
-        """Attach one-ports to a junction, each like `port`."""
+        """Attaches one-ports to a junction, each like `port`."""
         for element in elements:
             self.port(junction, element)
         return self
 
     def field(self, element: Element, *junctions: str, **ports: str) -> Builder:
-        """Attach a field to several junctions: a C, I or R of a matrix, or a C or I of an energy.
+        """Attaches a field to several junctions: a C, I or R of a matrix, or a C or I of an energy.
 
         Its ports are one-ports NAME_1, NAME_2... of a matrix, NAME_ARGUMENT of an energy, each with its own state
         (`q_NAME_1`). Efforts are the energy's derivatives by displacements, flows those by momenta: arguments p, p_a, p1 are
@@ -783,7 +783,7 @@ class Builder:
         return self
 
     def between(self, first: str, second: str, *elements: Element, name: str | None = None) -> Builder:
-        """Attach one-ports to the difference of two flows, f_first - f_second, through a 0-junction."""
+        """Attaches one-ports to the difference of two flows, f_first - f_second, through a 0-junction."""
         node = name or f"{first}-{second}"
         self.zero(node).bond(first, node).bond(node, second)
         if len(elements) == 1:
@@ -791,12 +791,12 @@ class Builder:
         return self.one(f"{node}.rate").bond(node, f"{node}.rate").on(f"{node}.rate", *elements)
 
     def transform(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
-        """Join two junctions by a transformer, named after them by default: f_target = ratio f_source."""
+        """Joins two junctions by a transformer, named after them by default: f_target = ratio f_source."""
         element = self.add(TF(name or f"{source}->{target}", ratio))
         return self.bond(source, element).bond(element, target)
 
     def gyrate(self, source: str, target: str, ratio: Any, *, name: str | None = None) -> Builder:
-        """Join two junctions by a gyrator, named after them by default: e_target = ratio f_source."""
+        """Joins two junctions by a gyrator, named after them by default: e_target = ratio f_source."""
         element = self.add(GY(name or f"{source}->{target}", ratio))
         return self.bond(source, element).bond(element, target)
 
@@ -811,7 +811,7 @@ class Builder:
         return self.bond(node, target)
 
     def include(self, name: str, part: Part) -> Builder:
-        """Insert a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
+        """Inserts a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
 
         Parameters, signals and the time are shared by name, displacements are the part's own. A parameter that the part
         leaves open takes the graph's value; two values that differ are a fault.
@@ -871,7 +871,7 @@ class Builder:
 
 
 def _heated(element: Element, elements: dict[str, Element], bonds: list[Bond]) -> None:
-    """Write a resistor with a thermal port as R and a source of the entropy (or heat) that its power makes: S' = e f/T."""
+    """Writes a resistor with a thermal port as R and a source of the entropy (or heat) that its power makes: S' = e f/T."""
     name, own = element.name, [k for k, b in enumerate(bonds) if element.name in b[1:]]
     regions = _regions(elements, bonds)
     hot = next((k for k in reversed(own) if bonds[k].tail == name and elements[bonds[k].head].kind == "0"), None)

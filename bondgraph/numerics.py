@@ -48,7 +48,7 @@ class Tally:
         self._outer, self._watch = outer, watch
 
     def add(self, evaluations: int) -> None:
-        """Count more of them."""
+        """Adds positions to the count."""
         self.evaluations += evaluations
         if self._watch is not None:
             self._watch()
@@ -74,7 +74,7 @@ def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
 
 
 def count(positions: Any) -> None:
-    """Count positions, given as their number or as themselves: an array, a number, an interval of arrays."""
+    """Counts positions, given as their number or as themselves: an array, a number, an interval of arrays."""
     tally = _TALLY.get()
     if tally is not None:
         size = positions if isinstance(positions, int) else getattr(getattr(positions, "lo", positions), "size", 1)

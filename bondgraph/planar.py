@@ -103,7 +103,7 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
 
 
 def pin(builder: Builder, first: str, second: str) -> Builder:
-    """Join two pins (`crank.2`, `rod.1`): they have the same velocities; power counts positive from first to second."""
+    """Joins two pins (`crank.2`, `rod.1`): they have the same velocities; power counts positive from first to second."""
     for axis in "xy":
         builder.bond(f"{first}.{axis}", f"{second}.{axis}")
     return builder
@@ -117,7 +117,7 @@ def fix(builder: Builder, at: str) -> Builder:
 
 
 def slide(builder: Builder, at: str, direction: float = 0.0) -> str:
-    """Let a pin (`rod.2`) slide along a straight guide: no velocity across it.
+    """Lets a pin (`rod.2`) slide along a straight guide: no velocity across it.
 
     The source of flow 0 gives the guide's force, positive to the left of `direction` (rad from +x).
     Returns the name of the 1-junction of the velocity along the guide; the slider's mass, friction and loads hang there.

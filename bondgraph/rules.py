@@ -519,7 +519,7 @@ def procedure(
     parameters: Mapping[str, float | None] | None = None,
     keep: Iterable[str] = (),
 ) -> Procedure:
-    """Draw a bond graph by the seven steps.
+    """Draws a bond graph by the seven steps.
 
     Args:
         velocities: their names, each with its energy domain.

@@ -235,7 +235,7 @@ def _path(variable: Signal, towards: Mapping[Signal, Signal]) -> Iterator[Signal
 
 
 class Reason(NamedTuple):
-    """Why a stroke is where it is; kind is source, preferred, propagated, chosen or derivative."""
+    """Reason for the place of a stroke; its kind is source, preferred, propagated, chosen or derivative."""
 
     kind: str
     text: str

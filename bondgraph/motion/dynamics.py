@@ -205,7 +205,7 @@ class Formulation(JunctionStructure):
         return list(dict.fromkeys(groups))
 
     def _move_state(self, junction: str) -> None:
-        """Make the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
+        """Makes the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
         name = f"{junction}*"
         while name in self.graph.elements:
             name += "*"
@@ -224,7 +224,7 @@ class Formulation(JunctionStructure):
 
 
 def _check_rank(graph: BondGraph, block: Solve) -> None:
-    """Refuse a system that its numbers make singular; moduli count as numbers in no relation to each other."""
+    """Refuses a system that its numbers make singular; moduli count as numbers in no relation to each other."""
     numbers: dict[int, float] = {}
     matrix = np.zeros((len(block.unknown),) * 2)
     for row, relation in enumerate(block.relations):
@@ -369,7 +369,7 @@ def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[i
 
 
 def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
-    """Look everything up that does not change from state to state."""
+    """Looks up everything that does not change from state to state."""
     graph = form.graph
     elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
     moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
@@ -533,7 +533,7 @@ def _weighed(form: Formulation) -> tuple[int, ...]:
 
 
 def _check_rates(tables: Tables) -> None:
-    """Refuse a modulus whose rate a follower needs, and that varies with what a follower gives."""
+    """Refuses a modulus whose rate a follower needs, and that varies with what a follower gives."""
     form, graph = tables.form, tables.form.graph
     last = len(form.stores) + len(form.acting)
     needed = {id(r) for k in tables.varying for r in ratios(form.steps[k])}

@@ -467,7 +467,7 @@ class Implicit:
         self.h = _FIRST / rate if rate > 0.0 else np.inf
 
     def step(self, longest: float, speed: float) -> Callable[[Any], Array] | None:
-        """Take a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
+        """Takes a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
 
         `speed` is the rate of the first state, by which Newton's method starts. At its start the states are exactly those
         that it starts with, where a speed may be 0.

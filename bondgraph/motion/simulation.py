@@ -688,7 +688,7 @@ class _StiffnessError(Exception):
 
 
 def _check_count(method: str, step: float, until: float, budget: int) -> None:
-    """Refuse equal steps, with the shorter ones that they are compared with, of more evaluations than are allowed."""
+    """Refuses equal steps, with the shorter ones that they are compared with, of more evaluations than are allowed."""
     most = sum(math.ceil(until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
     needed = most * len(FIXED[method].nodes)
     if needed > budget:

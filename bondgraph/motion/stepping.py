@@ -377,11 +377,10 @@ _PARTS = 3  # in which an implicit step is told, each as smooth as an explicit s
 class Events(NamedTuple):
     """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
-    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the step. `clear` is a quick
-    test of an explicit step, true if no value can leave its side there. `residuals` is by how much each may still be on the
-    other side where the stretch begins: the state that continues is of a higher order than the dense output in which the end
-    of the stretch before was found, and what just changed its side may be short of it there by their difference. A value of
-    no more than its `rounding` is zero.
+    `values` returns an array (values, n); `sides` are their signs (1.0 or -1.0) within the step. `clear` is a quick test of
+    an explicit step, true if no value can leave its side there. `residuals` is the amount by which each value may still be
+    on the other side at the beginning of a stretch: the previous stretch ended at an event of its dense output, and the next
+    one begins with the state of the step, which is of a higher order. A value of at most its `rounding` counts as zero.
     """
 
     values: Callable[[Array, Array], Array]

@@ -333,7 +333,7 @@ class Walk:
         return slopes
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
-        """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
+        """Calls a law, or records it where the walk is recorded; `results` is the length of the tuple that it returns."""
         node = next((a for a in arguments if isinstance(a, Recorded)), None)
         if node is not None:
             return node.recorder.through(called, arguments, results)
@@ -416,7 +416,7 @@ class Walk:
         return value, tuple(partials)
 
     def _named(self, name: str, called: Callable[..., Any], arguments: list[Any], results: int = 0) -> Any:
-        """Call an element's law; where it is not defined, say whose it is."""
+        """Calls an element's law; the error where it is not defined names the element."""
         try:
             return self._call(called, arguments, results)
         except (ValueError, ArithmeticError) as error:
@@ -714,7 +714,7 @@ class Walk:
         return matrix, force
 
     def _check_shares(self, port: Port) -> None:
-        """Refuse a follower that follows resistors, or other followers: its numbers make more of it than its strokes."""
+        """Refuses a follower that follows resistors, or other followers: its numbers make more of it than its strokes."""
         shares = {k: self.gain[port.input].get(k, 0.0) for k in self.form.untold(port)}
         most = max((abs(g) for g in self.gain[port.input].values() if isinstance(g, float)), default=0.0)
         for k, share in shares.items():

@@ -259,7 +259,7 @@ def gradients(q: Any) -> Any:
 
 
 def curvature(v: Any) -> tuple[Any, Any]:
-    """What their second derivatives leave on the right: minus the squares of the velocities, m²/s²."""
+    """Right sides of their second derivatives: minus the squares of the velocities, m²/s²."""
     x1, y1, x2 = np.moveaxis(v, -1, 0)
     return -(x1**2) - y1**2, -((x2 - x1) ** 2) - y1**2
 
@@ -404,7 +404,7 @@ class Loads(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """How one scheme went: its step (s), the greatest |v - exact| (m/s; inf: it ran away), and the greatest theta (rad)."""
+    """Result of one scheme: its step (s), the greatest |v - exact| (m/s; inf: it ran away), and the greatest theta (rad)."""
 
     scheme: str
     step: float
@@ -608,7 +608,7 @@ def printed_velocities(
 
 
 class Agreement(NamedTuple):
-    """How a curve agrees with its reference.
+    """Agreement of a curve with its reference.
 
     pearson: r, the covariance over both standard deviations; blind to scale and offset. coefficient:
     sqrt|1 - SS_res/SS_tot|, at times called Pearson's though it is not r: it does see scale and offset, but the modulus
@@ -660,7 +660,7 @@ class Quantity:
         return np.asarray(self._curve(method) - self.curves[self.reference])
 
     def agreement(self, method: str) -> Agreement:
-        """How a method's curve agrees with the reference."""
+        """Agreement of a method's curve with the reference."""
         return agreement(self._curve(method), self.curves[self.reference])
 
     def _curve(self, method: str) -> Array:
@@ -767,7 +767,7 @@ class Clock:
         self.seconds: dict[str, float] = {}
 
     def __call__(self, name: str, call: Callable[..., Any], *args: Any, **options: Any) -> Any:
-        """What the call returns."""
+        """Returns the result of a call, and adds its time."""
         begun = time.process_time()
         found = call(*args, **options)
         self.seconds[name] = time.process_time() - begun
@@ -1004,7 +1004,7 @@ CRANK, SLIDER = ("theta", "omega", "alpha"), ("position", "velocity", "accelerat
 
 
 def methods(kinematics: Comparison, rest: Comparison) -> str:
-    """What every method assumes, finds and costs: the velocity's greatest error and the processor's time for all points."""
+    """Assumptions and cost of every method: the velocity's greatest error and the processor's time for all points."""
     imposed = (
         ("triangle", "nothing", "a formula for each quantity, by hand for each mechanism"),
         (POLE, "nothing", "a formula for velocities alone"),

@@ -70,7 +70,7 @@ def inertias(theta):
 
 
 def too_far(path: Path | None) -> None:
-    """What the thesis's last step costs, in bonds and in inertia; I* over a turn is drawn into a file if one is given."""
+    """Error of the thesis's last step, in bonds and in inertia; I* over a turn is drawn into a file if one is given."""
     true, held = inertias(np.array([0.5]))
     off = 1e3 * (ROD - RADIUS) * np.sin(0.5)
     print("\nthe thesis's machine, which it draws with 17 bonds")

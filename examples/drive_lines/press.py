@@ -52,7 +52,7 @@ def row(name: str, sizing: Sizing) -> list[str]:
 
 
 def losses(sizing: Sizing) -> str:
-    """Where the power goes (W on the mean), and that it sums to what comes in."""
+    """Table of the mean power of every loss and load (W), and of what their sum leaves of the input."""
     flow = flywheel.power_flow(sizing)
     assert flow is not None
     rows = [["in", "", f"{flow.input:.3f}", ""]]

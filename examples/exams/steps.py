@@ -56,7 +56,7 @@ def known(figure: Figure | None) -> Figure:
 
 
 def meets_print(step: Step) -> bool:
-    """Whether ours agrees with the printed digits: rounded to them, or (behind a decimal point) cut to them.
+    """Tests whether ours agrees with the printed digits: rounded to them, or (behind a decimal point) cut to them.
 
     >>> meets_print(Step("M", 27.0095, "27")), meets_print(Step("S", -60.76, "-60"))
     (True, False)
@@ -75,7 +75,7 @@ def meets_print(step: Step) -> bool:
 
 
 def meets_truth(step: Step) -> bool:
-    """Whether ours lies within `AGREEMENT` of the figure recomputed apart."""
+    """Tests whether ours lies within `AGREEMENT` of the figure recomputed apart."""
     if step.true is None:
         return True
     return abs(known(step.ours) - step.true) <= AGREEMENT * max(abs(step.true), step.scale)

@@ -71,7 +71,7 @@ def course(a4: Array) -> tuple[dict[str, Curve], dict[str, Curve]]:
 
 
 def verdict(printed: float, true: float, digit: float) -> str:
-    """How a printed figure stands to the true one."""
+    """Verdict on a printed figure, by the true one."""
     if abs(printed - true) <= 0.5 * digit * (1 + 1e-9):
         return "rounded"
     if abs(printed) <= abs(true) < abs(printed) + digit:
@@ -80,7 +80,7 @@ def verdict(printed: float, true: float, digit: float) -> str:
 
 
 def letter(name: str, order: int) -> str:
-    """What the source calls a position, velocity or acceleration: theta2, omega2, alpha2; s, v_s, a_s."""
+    """The source's symbol of a position, velocity or acceleration: theta2, omega2, alpha2; s, v_s, a_s."""
     return ("s", "v_s", "a_s")[order] if name == "s" else name.replace("theta", ("theta", "omega", "alpha")[order])
 
 

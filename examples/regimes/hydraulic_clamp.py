@@ -72,7 +72,7 @@ def course(scene: Scene, motion: Motion) -> list[list[str]]:
 
 
 def _time_at(motion: Motion, x: float) -> float:
-    """When the block is at x (m), by Newton's method from between two steps."""
+    """Time at which the block is at x (m), by Newton's method from between two steps."""
     last = float(motion.t[-1])
     time = float(np.interp(x, motion.phi, motion.t))
     for _ in range(20):

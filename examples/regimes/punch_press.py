@@ -57,7 +57,7 @@ def _sized(scene: dict[str, Any]) -> Sizing:
 
 
 def without_flywheel() -> str:
-    """What becomes of the press when nothing but its own masses helps the motor."""
+    """Outcome of the press without a flywheel, by its own masses alone, in words."""
     scene = tomllib.loads(SCENE.read_text(encoding="utf-8"))
     try:
         bare = _sized({**scene, "flywheel": {"on": "motor", "inertia": 0}})

@@ -43,7 +43,7 @@ class _Commands(click.Group):
     """
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run a command; if standard output is closed, a file that refuses all writing replaces it."""
+        """Runs a command; if standard output is closed, a file that refuses all writing replaces it."""
         if sys.stdout is None:
             sys.stdout = open(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")  # noqa: SIM115
         return super().main(*args, **kwargs)
@@ -66,12 +66,12 @@ class _Commands(click.Group):
             self.add_command(command)
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
-        """Read the arguments; help and version are written to standard output."""
+        """Reads the arguments; help and version are written to standard output."""
         with written(STANDARD_OUTPUT):
             return super().make_context(*args, **kwargs)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command that the arguments name; Ctrl-C before it has a result gives one line and exit code 130.
+        """Runs the command that the arguments name; Ctrl-C before it has a result gives one line and exit code 130.
 
         Usage errors are in the language of --language, even if it stands after the fault.
         """

@@ -625,7 +625,7 @@ class _Progress:
         self.line = f"{k + 1} of {count}: {name}"
 
     def tell(self) -> None:
-        """Write the current method."""
+        """Writes the current method."""
         line = f"{self.line} ({monotonic() - self.begun:.0f} s of about {self.budget:g} s)"
         if not self.rewriting:
             click.echo(line, err=True)

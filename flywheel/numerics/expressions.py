@@ -550,7 +550,7 @@ def _distinct(nodes: Iterable[Node]) -> tuple[Expression, ...]:
 
 
 def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
-    """Read an expression that may use phi, omega, t, x, v, pi and the given parameter names.
+    """Reads an expression that may use phi, omega, t, x, v, pi and the given parameter names.
 
     Raises ExpressionError, whose message is one line.
 

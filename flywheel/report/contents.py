@@ -661,7 +661,7 @@ def browsers() -> Iterator[str]:
 
 
 def browser() -> str:
-    """The first of them.
+    """The first browser that is installed.
 
     Raises:
         PrintError: if there is none.

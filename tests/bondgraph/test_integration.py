@@ -1,4 +1,4 @@
-"""How the motion of a graph is solved: formulation, algebraic loops, steps, programs."""
+"""Solution of the motion of a graph: formulation, algebraic loops, steps, programs."""
 
 import math
 import pickle

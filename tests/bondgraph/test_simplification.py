@@ -314,7 +314,7 @@ def random_graph(seed):
 
 
 def unless_contradictory(before, rewrite):
-    """What the rewriting gives; a graph that has solutions must not be refused, unless they are all zero."""
+    """The rewritten graph; a graph that has solutions must not be refused, unless they are all zero."""
     consistent, after, refused = Solved(before).consistent, None, ""
     try:
         after = rewrite()

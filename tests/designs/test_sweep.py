@@ -357,7 +357,7 @@ def test_workers_end_with_the_process_that_began_them():
 
 
 def _works(pid):
-    """Whether a process is a worker that has begun."""
+    """Tests whether a process is a worker that has begun."""
     try:
         return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:

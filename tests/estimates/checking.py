@@ -178,7 +178,7 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
 
 
 def outside(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
-    """How far true values lie outside the intervals in which they are proven to lie."""
+    """Distance of true values from the intervals in which they are proven to lie."""
     rows = []
     for key, ends in ({} if sizing.proof is None else sizing.proof.figures).items():
         value: Any = true

@@ -119,7 +119,7 @@ def _moved(loaded: Any, route: str, plan: Plan) -> Told:
 
 
 def _ended(course: Course, low: float, high: float, phi: float) -> float:
-    """When a motion comes to an end of its stroke; infinite where it does not."""
+    """Time at which a motion reaches an end of its stroke; infinite if it does not."""
     for p in course.pieces:
         grid = np.linspace(p.start, p.end, 17)
         for a, b in itertools.pairwise(grid):

@@ -652,7 +652,7 @@ class Machine:
             return [edge, *self.switches(at, q, mode)]
 
         def broken(a: float, b: float, dense: Any) -> tuple[float, int] | None:
-            """When the first end within a step comes, and which it is."""
+            """Time of the first end within a step, and which end it is."""
             looks = [a + q * (b - a) for q in (0.0, *INSIDE)]
             dips = self._dips(looks, np.array([ends(at, dense(at)) for at in looks]), lambda at: ends(at, dense(at)))
             before = a

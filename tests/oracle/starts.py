@@ -89,7 +89,7 @@ def started(scene: Table, inertia: float, until: float, rtol: float) -> tuple[Ma
 
 
 def _reached(piece: Piece, speed: float) -> float | None:
-    """When a piece first comes to a speed."""
+    """Time at which a piece first reaches a speed."""
     grid = [piece.start + k / 8 * (piece.end - piece.start) for k in range(9)]
     for a, b in itertools.pairwise(grid):
         if piece.states(b)[1] >= speed > piece.states(a)[1]:

@@ -103,7 +103,7 @@ def driven(plan: Plan, phi: float, middle: float, way_of: int = 1) -> tuple[floa
 
 
 def _fits(passed: float, factor: float) -> bool:
-    """Whether a mesh that passes a torque outwards, to the crank, has a factor: below 1 forwards, above it backwards."""
+    """Tests whether a mesh with a torque outwards, to the crank, has a factor: below 1 forwards, above it backwards."""
     return factor == 1.0 or (passed >= 0.0) == (factor < 1.0)
 
 
@@ -239,7 +239,7 @@ def shares(plan: Plan, figures: dict[str, float]) -> dict[str, float]:
 
 
 def over_limits(plan: Plan, figures: dict[str, float], asked: dict[str, float]) -> dict[str, float]:
-    """What limits the flywheel, over what is asked."""
+    """Limited figures of the flywheel over their limits."""
     high, low = figures["speed_greatest"], figures["speed_least"]
     found = {"irregularity": 2.0 * (high - low) / (high + low)}
     if plan.rated is not None:
@@ -428,7 +428,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
 
 def _released(plan: Plan, phi: float, t: float) -> tuple[float, int]:
-    """When (s), from a time on, friction and the brake that lets go no longer hold the crank, and which way it goes."""
+    """Time (s), after a given one, at which friction and the opening brake no longer hold the crank; and its direction."""
     _, way, _ = gains(plan, phi)
     free = driven(plan._replace(friction=0.0), phi, phi + 1e-9)[2]
 
