@@ -49,7 +49,7 @@ ARM_KERNELS = (
 
 
 def settings() -> Iterator[dict[str, str]]:
-    """Settings that change the roundings here: the oldest kernel with all else taken away, the others alone, all else alone."""
+    """Settings that change roundings: the oldest kernel with all else taken away, the others alone, all else alone."""
     *kernels, oldest = KERNELS if X86 else ARM_KERNELS
     found = " ".join(part for part in __cpu_dispatch__ if __cpu_features__.get(part))  # numpy warns of any other
     plain = {"NPY_DISABLE_CPU_FEATURES": found} if found else {}
