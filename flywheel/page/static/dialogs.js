@@ -38,12 +38,12 @@ export function differences(theirs, mine, names) {
   if (!lines) return element("p", {}, text("The two texts are too long to compare here."));
   if (lines.every((line) => line.kind === "same")) return element("p", {}, text("Nothing differs."));
   const near = lines.map((_line, k) => lines.slice(Math.max(0, k - 2), k + 3).some((line) => line.kind !== "same"));
-  const shown = lines.flatMap((line, k) => (near[k] ? [lineOf(line)] : near[k - 1] ? [element("li", { class: "gap" }, "…")] : []));
+  const items = lines.flatMap((line, k) => (near[k] ? [lineOf(line)] : near[k - 1] ? [element("li", { class: "gap" }, "…")] : []));
   return element(
     "div",
     {},
     element("p", { class: "legend" }, element("span", { class: "theirs" }, `− ${names.theirs}`), " ", element("span", { class: "mine" }, `+ ${names.mine}`)),
-    element("ol", { class: "differences", tabindex: "0", role: "list", "aria-label": text("What differs") }, shown),
+    element("ol", { class: "differences", tabindex: "0", role: "list", "aria-label": text("What differs") }, items),
   );
 }
 
@@ -173,12 +173,12 @@ export function help(median) {
     { class: "keys" },
     element("tbody", {}, keys.map(([key, words]) => element("tr", {}, element("th", { scope: "row" }, element("kbd", {}, key)), element("td", {}, words)))),
   );
-  const told = [
+  const notes = [
     text("The form and the text are one scene: a change in one appears in the other; comments and layout are kept. You may type a number with another unit, such as 3.5 in."),
     text("While a slider moves, every figure follows; after the drag a simulation in time confirms the result."),
     text("Drag the crank, or point at a curve: one crank angle is marked in all figures."),
     text("No data leave this computer, and files are written only on your request."),
   ].map((words) => element("p", {}, words));
   const speed = median === null ? null : element("p", { class: "muted" }, text("Figures redrawn within {n} ms at the median.", { n: number(Math.round(median)) }));
-  return ask(text("Help"), [table, told, speed], [{ value: "", words: text("Close"), main: true }]);
+  return ask(text("Help"), [table, notes, speed], [{ value: "", words: text("Close"), main: true }]);
 }

@@ -69,17 +69,17 @@ function count() {
 function mark(faults, remarks) {
   for (const line of gutter.children) line.className = "";
   const lines = area.value.split("\n");
-  const told = new Map();
+  const byLine = new Map();
   for (const [kind, list] of [["fault", faults], ["remark", remarks]]) {
     for (const { line, message } of list) {
       if (!line || line > lines.length) continue;
-      if (!told.has(line)) told.set(line, { kind, messages: [] });
-      told.get(line).messages.push(message);
-      gutter.children[line - 1].classList.add(told.get(line).kind);
+      if (!byLine.has(line)) byLine.set(line, { kind, messages: [] });
+      byLine.get(line).messages.push(message);
+      gutter.children[line - 1].classList.add(byLine.get(line).kind);
     }
   }
   marks.replaceChildren(
-    ...[...told].map(([line, { kind, messages }]) => {
+    ...[...byLine].map(([line, { kind, messages }]) => {
       const made = element("div", { class: `mark ${kind}` }, element("span", { class: "ghost" }, lines[line - 1]), element("span", { class: "told" }, messages.join(" · ")));
       made.style.top = `calc(${line - 1} * var(--row) + var(--pad))`;
       return made;

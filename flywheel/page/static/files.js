@@ -18,7 +18,7 @@ let elsewhere = ""; // hash of a change on the disk that was told
 export async function save() {
   await settled();
   if (!scene.path) return saveAs();
-  if (!unsaved()) return told(text("There is nothing to save."));
+  if (!unsaved()) return inform(text("There is nothing to save."));
   const there = await onDisk();
   if (there?.changed && there.text) return conflict(scene.path, there);
   if (!sure && !(await mayReplace())) return false;
@@ -64,13 +64,13 @@ async function write_to(path, over, seen) {
   try {
     reply = await call("save", { text: written, path, over, seen });
   } catch {
-    told(text("The scene was not saved: the program does not answer."), "save");
+    inform(text("The scene was not saved: the program does not answer."), "save");
     return false;
   }
   const { status, data } = reply;
   if (status === 409) return conflict(path, data);
   if (status !== 200) {
-    told(text("The scene was not saved: {why}", { why: data?.message ?? status }), "save");
+    inform(text("The scene was not saved: {why}", { why: data?.message ?? status }), "save");
     return false;
   }
   Object.assign(scene, { saved: written, seen: data.seen, path: data.path, name: data.name });
@@ -78,7 +78,7 @@ async function write_to(path, over, seen) {
   drop("changed");
   drop("save");
   elsewhere = "";
-  told(text("Saved as {name}.", { name: scene.name }), "saved", 6000);
+  inform(text("Saved as {name}.", { name: scene.name }), "saved", 6000);
   announce();
   return true;
 }
@@ -196,7 +196,7 @@ export async function start(examples) {
   const id = await askStart(examples, unsaved());
   if (id === null) return;
   const { status, data } = await call("start", { id }).catch(() => ({ status: 0 }));
-  if (status !== 200) return void told(text("The example could not be read."), "save");
+  if (status !== 200) return void inform(text("The example could not be read."), "save");
   drop("changed");
   begin({ text: data.text, name: data.name, origin: data.origin ?? "" });
   return undefined;
@@ -212,13 +212,13 @@ export async function report() {
     const made = await file("report", { text: scene.text, units: scene.units, origin: scene.origin, ...chosen });
     const name = (scene.name || "scene").replace(/\.toml$/, "");
     download(fileName(chosen.cover_sheet ? `${name}-cover-sheet` : name, chosen.format), made);
-    told(text("The report was made."), "report", 6000);
+    inform(text("The report was made."), "report", 6000);
   } catch (error) {
-    told(text("The report was not made: {why}", { why: error.message }), "report");
+    inform(text("The report was not made: {why}", { why: error.message }), "report");
   }
 }
 
-function told(words, name = "saved", milliseconds = 6000 * (name === "saved")) {
+function inform(words, name = "saved", milliseconds = 6000 * (name === "saved")) {
   notice(name, words, [], milliseconds);
   return false;
 }

@@ -18,7 +18,7 @@ const typing = new WeakSet(); // controls in which something was typed that is n
 let arriving = null; // the path of what was added: it takes the focus when it is there
 let host = null;
 let send = () => {};
-let gesture = { path: "", at: -Infinity, count: 0, held: false };
+let gesture = { path: "", at: -Infinity, count: 0, down: false };
 
 /** Put the form into an element; `change(edit, step, event time)` is called for every edit. */
 export function formIn(into, change) {
@@ -26,37 +26,37 @@ export function formIn(into, change) {
   send = change;
   host.addEventListener("input", (event) => typing.add(event.target));
   host.addEventListener("change", (event) => typing.delete(event.target));
-  host.addEventListener("pointerdown", () => (gesture.held = true));
+  host.addEventListener("pointerdown", () => (gesture.down = true));
   for (const name of ["pointerup", "pointercancel"]) {
     window.addEventListener(name, () => {
-      gesture.held = false;
+      gesture.down = false;
       gesture.at = -Infinity;
     });
   }
 }
 
 /** Show the groups of a scene with their values and faults; the values at `moving` paths are newer in the form than here. */
-export function showForm(given, of, moving = new Set()) {
+export function showForm(source, of, moving = new Set()) {
   if (kept.of !== of) kept = { of, good: new Map(), read: new Map() };
-  const groups = given.map((group) => ({ ...group, fields: group.fields.map(withUnit) }));
+  const groups = source.map((group) => ({ ...group, fields: group.fields.map(withUnit) }));
   const focus = document.activeElement?.id;
   const inside = host.contains(document.activeElement);
   const old = new Map([...host.children].map((child) => [child.dataset.path, child]));
-  const wanted = groups.map((group) => {
+  const boxes = groups.map((group) => {
     const shape = structure(group);
-    const known = old.get(group.path);
-    if (known && shapes.get(known) === shape) return known;
+    const same = old.get(group.path);
+    if (same && shapes.get(same) === shape) return same;
     const made = groupOf(group);
     shapes.set(made, shape);
     return made;
   });
-  if (wanted.length !== host.children.length || wanted.some((child, k) => host.children[k] !== child)) {
-    host.replaceChildren(...wanted);
+  if (boxes.length !== host.children.length || boxes.some((child, k) => host.children[k] !== child)) {
+    host.replaceChildren(...boxes);
     if (inside) (document.getElementById(focus) ?? host.querySelector("summary"))?.focus({ preventScroll: true });
   }
   groups.forEach((group, k) => {
     for (const field of group.fields) if (!moving.has(field.path)) fill(field);
-    const fault = wanted[k].querySelector(":scope > .fault");
+    const fault = boxes[k].querySelector(":scope > .fault");
     fault.hidden = !group.fault;
     fault.textContent = group.fault ?? "";
   });
@@ -160,7 +160,7 @@ function adderOf(group) {
   const about = element("p", { class: "about", id: `${id}-about` });
   choice.setAttribute("aria-describedby", about.id);
   const chosen = () => group.more.find((key) => key.path === choice.value);
-  const told = () => {
+  const update = () => {
     about.textContent = chosen()?.about ?? "";
     button.disabled = !chosen();
     name.hidden = !chosen()?.named;
@@ -173,8 +173,8 @@ function adderOf(group) {
     send({ path: whole, value }, null);
   };
   const button = element("button", { type: "button", class: "quiet", "aria-label": text("Add to {name}", { name: group.title }), onclick: add }, text("Add"));
-  choice.addEventListener("change", told);
-  told();
+  choice.addEventListener("change", update);
+  update();
   return element("div", { class: "adder" }, choice, name, button, about);
 }
 
@@ -275,8 +275,8 @@ function sliderOf(field, id) {
 function stepOf(path) {
   // A drag is one step from the pointer's going down to its coming up; keys make one step as long as they follow quickly.
   const now = performance.now();
-  if (gesture.path !== path || (!gesture.held && now - gesture.at > PAUSE)) {
-    gesture = { path, at: now, count: gesture.count + 1, held: gesture.held };
+  if (gesture.path !== path || (!gesture.down && now - gesture.at > PAUSE)) {
+    gesture = { path, at: now, count: gesture.count + 1, down: gesture.down };
   }
   gesture.at = now;
   return `${path} ${gesture.count}`;
@@ -306,8 +306,8 @@ function fill(field) {
   const input = document.getElementById(id);
   const box = input.closest(".field");
   box.dataset.value = field.value ?? "";
-  const known = field.number !== null && field.number !== undefined;
-  if (known || !field.value) delete box.dataset.unread;
+  const readable = field.number !== null && field.number !== undefined;
+  if (readable || !field.value) delete box.dataset.unread;
   else box.dataset.unread = "yes";
   if (input.type === "checkbox") input.checked = field.value === "true" || field.value === true;
   else if (!typing.has(input)) show(input, field);
@@ -346,11 +346,11 @@ function slide(slider, field) {
     return;
   }
   slider.disabled = false;
-  if (gesture.held && document.activeElement === slider) return;
+  if (gesture.down && document.activeElement === slider) return;
   const key = `${field.path} ${field.unit}`;
-  const known = ranges.get(key);
-  const inside = known && value > known.least && value < known.most;
-  const range = inside || (document.activeElement === slider && known) ? known : field.range;
+  const last = ranges.get(key);
+  const inside = last && value > last.least && value < last.most;
+  const range = inside || (document.activeElement === slider && last) ? last : field.range;
   ranges.set(key, range);
   Object.assign(slider, { min: range.least, max: range.most, step: range.step ?? "any" });
   slider.value = value;

@@ -8,8 +8,8 @@ let catalogue = {};
 
 /** The message in the language in use, English where it has no translation, with values put in: {name}. */
 export function text(message, values) {
-  const told = catalogue[message] ?? message;
-  return values ? told.replace(/\{(\w+)\}/g, (whole, key) => (key in values ? String(values[key]) : whole)) : told;
+  const words = catalogue[message] ?? message;
+  return values ? words.replace(/\{(\w+)\}/g, (whole, key) => (key in values ? String(values[key]) : whole)) : words;
 }
 
 /** A number as written in English, with the decimal mark of the language in use. */
@@ -51,11 +51,11 @@ export function translate(root) {
 }
 
 function labels(element) {
-  const known = english.get(element) ?? {};
+  const originals = english.get(element) ?? {};
   for (const name of LABELS) {
     if (!element.hasAttribute(name)) continue;
-    known[name] ??= element.getAttribute(name);
-    element.setAttribute(name, catalogue[known[name]] ?? known[name]);
+    originals[name] ??= element.getAttribute(name);
+    element.setAttribute(name, catalogue[originals[name]] ?? originals[name]);
   }
-  english.set(element, known);
+  english.set(element, originals);
 }

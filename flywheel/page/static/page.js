@@ -35,7 +35,7 @@ async function begin() {
   editorIn(byId("editor"), model.write);
   cursorIn();
   byId("panels").addEventListener("view", (event) => choose_view(event.detail));
-  byId("panels").addEventListener("wanted", () => model.ask());
+  byId("panels").addEventListener("demand", () => model.ask());
   model.inSight(sight);
   controls();
   model.onScene(show);
@@ -81,7 +81,7 @@ function controls() {
 function keys(event) {
   const control = (event.ctrlKey || event.metaKey) && !event.altKey;
   const name = event.key.toLowerCase();
-  const found = {
+  const action = {
     f1: () => help(window.flywheelTimings.median),
     ...(control && {
       s: () => files.save(),
@@ -91,11 +91,11 @@ function keys(event) {
     }),
     ...(event.altKey && !control && { 1: () => form_or_text(false, true), 2: () => form_or_text(true, true) }),
   }[name];
-  if (!found || (document.querySelector("dialog[open]") && name !== "s")) return;
+  if (!action || (document.querySelector("dialog[open]") && name !== "s")) return;
   event.preventDefault();
   if (document.querySelector("dialog[open]")) return;
   if (control && document.activeElement.matches?.("#form input[type=text], #form textarea")) document.activeElement.dispatchEvent(new Event("change", { bubbles: true }));
-  found();
+  action();
 }
 
 async function choose_language(name) {
@@ -192,8 +192,8 @@ function earlier() {
 
 /** Whether a second route found the irregularity that was asked for. */
 function confirmed({ speed }) {
-  const found = speed?.confirmed;
-  return Boolean(found) && (!speed.asked || Math.abs(found.irregularity / speed.asked - 1) < 1e-3 + 2 * (found.error ?? 0));
+  const confirmation = speed?.confirmed;
+  return Boolean(confirmation) && (!speed.asked || Math.abs(confirmation.irregularity / speed.asked - 1) < 1e-3 + 2 * (confirmation.error ?? 0));
 }
 
 function faults() {
@@ -223,12 +223,12 @@ function lead(item) {
 /** Say to a screen reader what the answer is, once the hand rests. */
 function say() {
   const wheel = scene.answer?.numbers?.find((block) => block.name === "flywheel");
-  const told = scene.faults.length
+  const message = scene.faults.length
     ? text("The scene has {n} faults. First: {first}", { n: scene.faults.length, first: `${scene.faults[0].path}: ${scene.faults[0].message}` })
     : [wheel?.title, wheel?.table?.[0]?.slice(0, 2).join(" ") ?? [wheel?.rows?.[0]?.label, wheel?.rows?.[0]?.value, wheel?.rows?.[0]?.unit].join(" "), byId("state").textContent].filter(Boolean).join(". ");
-  if (told === spoken) return;
-  spoken = told;
-  byId("said").textContent = told;
+  if (message === spoken) return;
+  spoken = message;
+  byId("said").textContent = message;
 }
 
 function contact(reached) {

@@ -16,7 +16,7 @@ const PRINTED = 412; // px: a figure in one of two columns of a sheet, where its
 
 const NEAR = "60px 0px"; // of the window: what is that near to it is drawn along
 
-const shown = new Map(); // id -> {box, host, figure, seen, old}
+const boxes = new Map(); // id -> {box, host, figure, seen, old}
 const reasons = new Map(); // id -> why it cannot be drawn, null where it can, as the last answer that told of it
 const watch = new IntersectionObserver(sighted, { rootMargin: NEAR });
 const still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -33,9 +33,9 @@ let before = 0;
 export function cursorIn() {
   byId("angle-range").addEventListener("input", () => move(byId("angle-range").valueAsNumber * driver.scale));
   byId("angle").addEventListener("change", () => {
-    const given = Number(typed(byId("angle").value));
-    byId("angle").toggleAttribute("aria-invalid", !Number.isFinite(given) || byId("angle").value.trim() === "");
-    if (Number.isFinite(given) && byId("angle").value.trim() !== "") move(given * driver.scale);
+    const angle = Number(typed(byId("angle").value));
+    byId("angle").toggleAttribute("aria-invalid", !Number.isFinite(angle) || byId("angle").value.trim() === "");
+    if (Number.isFinite(angle) && byId("angle").value.trim() !== "") move(angle * driver.scale);
   });
   byId("angle").addEventListener("keydown", (event) => {
     if (event.key === "Enter") byId("angle").dispatchEvent(new Event("change"));
@@ -43,7 +43,7 @@ export function cursorIn() {
   byId("play").addEventListener("click", play);
   byId("panels").addEventListener("cursor", (event) => move(event.detail.phi));
   window.addEventListener("blur", () => (before = 0));
-  const fit = (width) => shown.forEach(({ figure }) => figure?.fit(width));
+  const fit = (width) => boxes.forEach(({ figure }) => figure?.fit(width));
   window.addEventListener("beforeprint", () => fit(PRINTED));
   window.addEventListener("afterprint", () => fit(null));
 }
@@ -54,7 +54,7 @@ export function move(phi) {
   if (!Number.isFinite(inside)) return;
   at = inside;
   tell();
-  for (const { figure } of shown.values()) figure?.move(at);
+  for (const { figure } of boxes.values()) figure?.move(at);
 }
 
 function within(phi) {
@@ -109,9 +109,9 @@ function label() {
 }
 
 /** Draw an answer in every figure that is shown; `whole`: make them anew, for another language or other units. */
-export function showPanels(given, system, whole = false) {
-  if (given.mechanism) bodies = bodiesOf(given);
-  answer = { ...given, bodies };
+export function showPanels(reply, system, whole = false) {
+  if (reply.mechanism) bodies = bodiesOf(reply);
+  answer = { ...reply, bodies };
   units = system;
   byId("figures-si").hidden = units === "si";
   span();
@@ -120,15 +120,15 @@ export function showPanels(given, system, whole = false) {
   if (whole) clear();
   choices(all, whole);
   const chosen = all.filter((panel) => !hidden.has(panel.id));
-  const wanted = [...chosen.filter((panel) => !panel.why), ...chosen.filter((panel) => panel.why)];
-  arrange(wanted);
-  for (const panel of wanted) {
+  const order = [...chosen.filter((panel) => !panel.why), ...chosen.filter((panel) => panel.why)];
+  arrange(order);
+  for (const panel of order) {
     try {
       if (panel.later) mark(panel.id, true);
       else drawn(panel);
     } catch (error) {
       console.error(error); // a defect of one figure is no reason to lose the others
-      Object.assign(shown.get(panel.id), { figure: null });
+      Object.assign(boxes.get(panel.id), { figure: null });
       drawn({ ...panel, why: text("This figure could not be drawn.") });
     }
   }
@@ -156,22 +156,22 @@ function span() {
 
 /** The figures in or near the window; null before the first answer. */
 export function sight() {
-  return answer && [...shown].filter(([, { seen }]) => seen).map(([id]) => id);
+  return answer && [...boxes].filter(([, { seen }]) => seen).map(([id]) => id);
 }
 
 function sighted(entries) {
   for (const { target, isIntersecting } of entries) {
-    const kept = shown.get(target.dataset.panel);
+    const kept = boxes.get(target.dataset.panel);
     if (kept?.box !== target) continue;
     kept.seen = isIntersecting;
-    if (isIntersecting && kept.old) byId("panels").dispatchEvent(new CustomEvent("wanted"));
+    if (isIntersecting && kept.old) byId("panels").dispatchEvent(new CustomEvent("demand"));
   }
 }
 
 /** A figure of an earlier answer is dimmed until it is drawn anew, at once when it comes in sight. */
 function mark(id, old) {
-  const kept = shown.get(id);
-  if (old && !kept.old && kept.seen) byId("panels").dispatchEvent(new CustomEvent("wanted"));
+  const kept = boxes.get(id);
+  if (old && !kept.old && kept.seen) byId("panels").dispatchEvent(new CustomEvent("demand"));
   kept.old = old;
   kept.box.classList.toggle("old", old);
   kept.box.setAttribute("aria-busy", String(old));
@@ -179,24 +179,24 @@ function mark(id, old) {
 
 function clear() {
   watch.disconnect();
-  shown.clear();
+  boxes.clear();
   byId("panels").replaceChildren();
 }
 
-function arrange(wanted) {
-  for (const [id, { box }] of shown) {
-    if (wanted.some((panel) => panel.id === id)) continue;
+function arrange(order) {
+  for (const [id, { box }] of boxes) {
+    if (order.some((panel) => panel.id === id)) continue;
     watch.unobserve(box);
     box.remove();
-    shown.delete(id);
+    boxes.delete(id);
   }
   let last = null;
-  for (const panel of wanted) {
-    if (!shown.has(panel.id)) {
-      shown.set(panel.id, boxOf(panel));
-      watch.observe(shown.get(panel.id).box);
+  for (const panel of order) {
+    if (!boxes.has(panel.id)) {
+      boxes.set(panel.id, boxOf(panel));
+      watch.observe(boxes.get(panel.id).box);
     }
-    const { box } = shown.get(panel.id);
+    const { box } = boxes.get(panel.id);
     const place = last ? last.nextElementSibling : byId("panels").firstElementChild;
     if (place !== box) byId("panels").insertBefore(box, place);
     last = box;
@@ -216,7 +216,7 @@ function boxOf(panel) {
 }
 
 function drawn(panel) {
-  const kept = shown.get(panel.id);
+  const kept = boxes.get(panel.id);
   mark(panel.id, false);
   if (kept.heading.textContent !== panel.title) kept.heading.textContent = panel.title;
   if (panel.why) {
@@ -254,7 +254,7 @@ function choices(all, whole) {
 // -- files ------------------------------------------------------------------------------------------------------------
 
 async function file(id, kind) {
-  const { figure, heading } = shown.get(id);
+  const { figure, heading } = boxes.get(id);
   if (!figure) return null;
   const name = fileName(`${answer.title ?? ""} ${heading.textContent}`, kind.toLowerCase());
   if (kind === "CSV") return download(name, new Blob([figure.csv()], { type: "text/csv" }));
@@ -272,5 +272,5 @@ async function raster(drawing, width, height) {
   const canvas = element("canvas", { width: PNG_SCALE * width, height: PNG_SCALE * height });
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   URL.revokeObjectURL(address);
-  return new Promise((given) => canvas.toBlob(given, "image/png"));
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }

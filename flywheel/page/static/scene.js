@@ -62,7 +62,7 @@ export function unsaved() {
 
 /** Edits that no reply has taken up yet. */
 export function pending() {
-  return [...(flight?.asked?.edits.values() ?? []), ...(waiting?.edits.values() ?? [])];
+  return [...(flight?.batch?.edits.values() ?? []), ...(waiting?.edits.values() ?? [])];
 }
 
 /** Change the value at a place of the form; edits of one `name` are one step back. */
@@ -82,12 +82,12 @@ export function write(text, name) {
 }
 
 /** Put another scene, which has a place of its own, in the place of this one: one step back leads to this one again. */
-export function begin({ text, ...given }) {
+export function begin({ text, ...fields }) {
   const place = placeOf(scene);
   if (text !== scene.text) past.push({ text: scene.text, place });
   future = [];
   step = null;
-  Object.assign(scene, { path: null, name: "", seen: "", saved: text, origin: "" }, given, { id: (begun += 1) });
+  Object.assign(scene, { path: null, name: "", seen: "", saved: text, origin: "" }, fields, { id: (begun += 1) });
   replace(text);
 }
 
@@ -106,12 +106,12 @@ export function ask(event = null) {
 }
 
 /** Open another scene in the place of this one: its own file, no step back. */
-export function open(given) {
+export function open(fields) {
   past = [];
   future = [];
   step = null;
-  Object.assign(scene, { path: null, name: "", seen: "", saved: given.text, answer: null, current: false }, given, { id: (begun += 1) });
-  replace(given.text);
+  Object.assign(scene, { path: null, name: "", seen: "", saved: fields.text, answer: null, current: false }, fields, { id: (begun += 1) });
+  replace(fields.text);
 }
 
 export function canUndo() {
@@ -185,20 +185,20 @@ function next() {
   else timer = setTimeout(() => send(null, true), Math.max(0, changed + REST - performance.now()));
 }
 
-async function send(asked, rest) {
+async function send(batch, rest) {
   if (flight) return;
   waiting = null;
-  flight = { rest, asked, controller: new AbortController() };
+  flight = { rest, batch, controller: new AbortController() };
   if (rest) {
     scene.confirmed = "waiting";
     listener(scene, null);
   }
   const of = generation;
   const sent = performance.now();
-  const panels = asked?.event && scene.current ? seen() : null;
+  const panels = batch?.event && scene.current ? seen() : null;
   const body = {
     text: scene.text,
-    edits: asked ? [...asked.edits.values()].map(({ key, ...change }) => change) : [],
+    edits: batch ? [...batch.edits.values()].map(({ key, ...change }) => change) : [],
     view: panels ? { ...scene.view, panels } : scene.view,
     rest,
     language: language(),
@@ -212,31 +212,31 @@ async function send(asked, rest) {
   } catch {
     const aborted = flight.controller.signal.aborted;
     flight = null;
-    return aborted ? next() : alone(asked, of);
+    return aborted ? next() : alone(batch, of);
   }
   const received = performance.now();
   flight = null;
   try {
-    if (of === generation) take(reply, asked, rest);
-    if (asked?.event && of === generation) note(asked.event, sent, received, performance.now(), reply.data?.milliseconds ?? null);
+    if (of === generation) take(reply, batch, rest);
+    if (batch?.event && of === generation) note(batch.event, sent, received, performance.now(), reply.data?.milliseconds ?? null);
   } finally {
     if (waiting || !rest) next();
   }
   return undefined;
 }
 
-function lost(asked, of) {
+function lost(batch, of) {
   // Nobody answered, or the server dropped the request: its edits wait for the next one.
-  if (asked && of === generation) {
-    for (const [key, change] of waiting?.edits ?? []) asked.edits.set(key, change);
-    waiting = asked;
+  if (batch && of === generation) {
+    for (const [key, change] of waiting?.edits ?? []) batch.edits.set(key, change);
+    waiting = batch;
   }
   scene.confirmed = "";
 }
 
 /** The server is gone: what was typed into fields goes into the text here; what only the server can do waits for it. */
-function alone(asked, of) {
-  lost(asked, of);
+function alone(batch, of) {
+  lost(batch, of);
   if (waiting) enter(waiting);
   scene.current = scene.current && scene.text === scene.answered.text && !pending().length;
   listener(scene, null);
@@ -281,17 +281,17 @@ function tomlOf({ kind, unit }, typed, first) {
   return JSON.stringify(numeric ? `${plain} ${unit}` : kind === "text" ? typed : plain);
 }
 
-function take({ status, data }, asked, rest) {
-  if (data?.reason === "overtaken") return lost(asked, generation);
+function take({ status, data }, batch, rest) {
+  if (data?.reason === "overtaken") return lost(batch, generation);
   scene.error = status === 200 ? null : (data?.message ?? data?.error ?? `HTTP ${status}`);
   if (scene.error !== null) {
-    if (asked) enter(asked); // an answer may be given up, what was typed not
+    if (batch) enter(batch); // an answer may be given up, what was typed not
     scene.current = false;
     scene.confirmed = "";
     return listener(scene, null);
   }
   if (data.text !== scene.text) {
-    record(scene.text, asked?.step ?? null);
+    record(scene.text, batch?.step ?? null);
     scene.text = data.text;
   }
   if (data.form?.length) {

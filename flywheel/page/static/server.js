@@ -1,11 +1,11 @@
 // Calls to the server that this page comes from. Addresses are relative, so the page works below any prefix.
 
 let reached = "yes"; // "no": nobody answers; "other": somebody does who does not know this page
-let told = () => {};
+let notify = () => {};
 
 /** Call `listener(reached)` whenever that changes: "yes", "no" where nobody answers, "other" where another start does. */
 export function onContact(listener) {
-  told = listener;
+  notify = listener;
 }
 
 /** Whether the server answers: "yes", "no" or "other". */
@@ -52,5 +52,5 @@ async function send(name, body, signal) {
 function contact(now) {
   if (now === reached) return;
   reached = now;
-  told(now);
+  notify(now);
 }

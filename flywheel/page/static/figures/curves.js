@@ -20,12 +20,12 @@ export function valuesOf(data, of) {
 export const rowsOf = (id) => ({
   draw(answer, width, tools) {
     const data = answer[id];
-    const { title, about, remarks, rows: given } = data.diagram;
+    const { title, about, remarks, rows: source } = data.diagram;
     const driver = driverOf(answer, tools);
-    const numbered = given[0].ticks !== "";
+    const numbered = source[0].ticks !== "";
     const phi = answer.phi;
     const colours = coloursOf(answer);
-    const rows = given.map((row, k) => ({
+    const rows = source.map((row, k) => ({
       ...row, ...rangeOf(row, data), si: row.si || row.unit, pixels: heightOf(row, k, width),
       curves: row.curves.map((curve, n) => ({
         ...curve, values: valuesOf(data, curve.of), dash: DASHES[curve.dash], line: curve.width,

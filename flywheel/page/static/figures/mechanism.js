@@ -54,7 +54,7 @@ export function mechanismIn(host, answer, tools) {
     svg.replaceChildren(node("title", { id: `${name}-title` }, title), node("desc", { id: `${name}-about` }, aboutOf(views, tools)), ...children);
     setAll(slider, {
       "aria-label": { m: text("Position of the driver: drag a body, or use the arrow keys"), rad: text("Crank angle: drag a body, or use the arrow keys"), s: text("Time: drag a body, or use the arrow keys") }[driver.si],
-      "aria-valuemin": shown(driver, driver.least), "aria-valuemax": shown(driver, driver.greatest),
+      "aria-valuemin": coordinate(driver, driver.least), "aria-valuemax": coordinate(driver, driver.greatest),
     });
     move(state.at);
     if (state.grip && !views[state.grip.view]?.bodies[state.grip.at[0]]) state.grip = null;
@@ -64,7 +64,7 @@ export function mechanismIn(host, answer, tools) {
   function move(at) {
     state.at = at;
     for (const view of state.views) view.move(at);
-    setAll(slider, { "aria-valuenow": shown(state.driver, at), "aria-valuetext": placeOf(state.driver, at, tools) });
+    setAll(slider, { "aria-valuenow": coordinate(state.driver, at), "aria-valuetext": placeOf(state.driver, at, tools) });
   }
 
   function go(at) {
@@ -132,7 +132,7 @@ function placeIn(svg, width, event) {
   return [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
 }
 
-function shown(driver, at) {
+function coordinate(driver, at) {
   return Number((at * driver.factor).toFixed(2));
 }
 
@@ -268,12 +268,12 @@ function nearestAlong(phi, points, [x, y], at, driver) {
 }
 
 function poseAt(view, phi, at) {
-  const found = {};
+  const poses = {};
   for (const name in view.bodies) {
     const { x, y, turn } = view.bodies[name];
-    found[name] = [valueAt(phi, x, at, false), valueAt(phi, y, at, false), valueAt(phi, turn, at, false)];
+    poses[name] = [valueAt(phi, x, at, false), valueAt(phi, y, at, false), valueAt(phi, turn, at, false)];
   }
-  return found;
+  return poses;
 }
 
 function spotAt(pose, [body, a, b]) {

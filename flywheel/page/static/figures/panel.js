@@ -108,9 +108,9 @@ export function driverTicks(driver, width) {
   const ten = 10 ** Math.floor(Math.log10(span / most));
   const steps = !driver.turns || span < 30 ? [1, 2, 5, 10, 20].map((part) => part * ten) : [5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 2880, 5760];
   const step = steps.find((each) => span / each <= most) ?? steps[steps.length - 1];
-  const found = [];
-  for (let k = Math.ceil(least / step - 1e-9); k * step <= least + span * (1 + 1e-9); k++) found.push((k * step) / driver.factor);
-  return found;
+  const ticks = [];
+  for (let k = Math.ceil(least / step - 1e-9); k * step <= least + span * (1 + 1e-9); k++) ticks.push((k * step) / driver.factor);
+  return ticks;
 }
 
 // -- legend -----------------------------------------------------------------------------------------------------------
@@ -135,14 +135,14 @@ export function legendOf(entries, width, top, { number }) {
     nodes.push(label(x + room, y, entry.name));
     const below = x === 4 && needed - 14 > width;
     if (below) y += 15;
-    const told = label(below ? x + room : x + room + wide(entry.name) + 6, y, "", { bold: true });
-    nodes.push(told);
-    values.push(told);
+    const reading = label(below ? x + room : x + room + wide(entry.name) + 6, y, "", { bold: true });
+    nodes.push(reading);
+    values.push(reading);
     x += below ? width : needed;
   }
-  function tell(k, found, factor) {
+  function tell(k, readings, factor) {
     const unit = entries[k].unit;
-    const words = found.map((value) => number(figure(value === null ? null : value * factor))).join(" → ");
+    const words = readings.map((value) => number(figure(value === null ? null : value * factor))).join(" → ");
     values[k].textContent = unit ? `${words} ${unit}` : words;
   }
   return { nodes, tell, height: y - top + 8 };
@@ -173,9 +173,9 @@ export function clear() {
       return !taken.some(([a, b, c, d]) => x < c && a < x + w && y < d && b < y + h);
     },
     take(places, w, h) {
-      const found = places.find(([x, y]) => this.free(x, y, w, h));
-      if (found) this.block(found[0], found[1], w, h);
-      return found ?? null;
+      const spot = places.find(([x, y]) => this.free(x, y, w, h));
+      if (spot) this.block(spot[0], spot[1], w, h);
+      return spot ?? null;
     },
   };
 }

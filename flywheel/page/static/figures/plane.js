@@ -16,10 +16,10 @@ export function marksOf(driver) {
 export function jumpPairs(phi, xs, ys, size, cyclic) {
   const last = phi.length - 1;
   const apart = (a, b) => xs[a] !== null && xs[b] !== null && Math.hypot(xs[a] - xs[b], ys[a] - ys[b]) > 0.004 * size;
-  const found = [];
-  for (let k = 1; k <= last; k++) if (phi[k] === phi[k - 1] && apart(k - 1, k)) found.push([k - 1, k]);
-  if (cyclic && apart(last, 0)) found.push([last, 0]);
-  return found;
+  const pairs = [];
+  for (let k = 1; k <= last; k++) if (phi[k] === phi[k - 1] && apart(k - 1, k)) pairs.push([k - 1, k]);
+  if (cyclic && apart(last, 0)) pairs.push([last, 0]);
+  return pairs;
 }
 
 /** The samples before and behind each jump that a row names by the one behind; 0 is the jump from a cycle's end to its begin. */
@@ -75,8 +75,8 @@ function together(positions, driver, step) {
   const sign = driver.turns ? "°" : "";
   const row = positions.every((each, k) => k === 0 || Math.abs(each - positions[k - 1] - step) < 1e-6);
   if (row && positions.length > 2) return `${written(positions[0])}–${written(positions[positions.length - 1])}${sign}`;
-  const shown = positions.slice(0, 4).map(written).join(", ");
-  return `${shown}${positions.length > 4 ? "…" : ""}${sign}`;
+  const listed = positions.slice(0, 4).map(written).join(", ");
+  return `${listed}${positions.length > 4 ? "…" : ""}${sign}`;
 }
 
 /** The position whose point is nearest to a place (px), within a distance. */

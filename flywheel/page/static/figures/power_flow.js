@@ -34,10 +34,10 @@ export const powerFlow = {
     mean.show(means, null);
     const watts = (value) => `${number(figure(value * scaled("W", data.input).factor))} ${scaled("W", data.input).unit}`;
     const share = data.efficiency === null ? "" : text(", {share} % of it as output", { share: number(figure(100 * data.efficiency)) });
-    const told = data.streams.filter((stream) => stream.kind !== "stored" && stream.mean).map((stream) => `${stream.label} ${watts(stream.mean)}`);
+    const parts = data.streams.filter((stream) => stream.kind !== "stored" && stream.mean).map((stream) => `${stream.label} ${watts(stream.mean)}`);
     return {
       title: text("Power flow"),
-      about: `${text("Mean over the cycle: {input} in, {output} out, {losses} lost", { input: watts(data.input), output: watts(data.output), losses: watts(data.losses) })}${share}. ${told.join("; ")}.`,
+      about: `${text("Mean over the cycle: {input} in, {output} out, {losses} lost", { input: watts(data.input), output: watts(data.output), losses: watts(data.losses) })}${share}. ${parts.join("; ")}.`,
       height: columns > 1 ? Math.max(mean.height, now.height) : beside.top + now.height,
       children: [mean.group, now.group],
       move: (phi) => now.show(at(phi), phi),
@@ -84,8 +84,8 @@ function rowsOf({ streams }) {
 /** Where power comes from: the mains, the drive, or the load that drives most; else the crank. */
 function rootOf(streams) {
   for (const kind of ["input", "drive"]) {
-    const found = streams.find((stream) => stream.kind === kind);
-    if (found && found.from === { input: "mains", drive: "drive" }[kind]) return { place: found.from, from: null };
+    const source = streams.find((stream) => stream.kind === kind);
+    if (source && source.from === { input: "mains", drive: "drive" }[kind]) return { place: source.from, from: null };
   }
   const entries = streams.map((stream, k) => ({ stream, k })).filter(({ stream }) => stream.to.startsWith("shafts.") && stream.kind === "load");
   entries.sort((a, b) => b.stream.mean - a.stream.mean);
@@ -110,7 +110,7 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
   const leftRoom = Math.min(0.46 * width, Math.max(rows.some((row) => row.side === "left") ? widest("left") + REACH + HEAD + TURN + 10 : 0, 1.1 * places + 14));
   const across = Math.max(Math.min(0.3 * width, 100, width - leftRoom - Math.min(widest("right"), 0.36 * width) - REACH - HEAD - TURN - 18), 24);
   const room = { left: leftRoom - REACH - HEAD - TURN - 10, right: width - leftRoom - across - REACH - HEAD - TURN - 8 };
-  const told = rows.map((row) => {
+  const placed = rows.map((row) => {
     const names = row.place === undefined ? broken(streams[row.k].label, room[row.side]) : ["", ""];
     const lines = [...names, ""].map(() => label(0, 0, ""));
     words.append(...lines);
@@ -118,7 +118,7 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
   });
   const factor = across / Math.max(extent.left + extent.right, extent.most);
   const begin = left + leftRoom + extent.left * factor;
-  const heights = told.map((row) => (row.place === undefined ? Math.max((row.names.length + 1) * LINE + 3, most[row.k] * factor + 2 * TURN + 4) : NAME + (row.from?.entry ? LINE : 0)));
+  const heights = placed.map((row) => (row.place === undefined ? Math.max((row.names.length + 1) * LINE + 3, most[row.k] * factor + 2 * TURN + 4) : NAME + (row.from?.entry ? LINE : 0)));
   const height = 24 + heights.reduce((sum, one) => sum + one, 0) + 6;
   const thick = (value) => (Math.abs(value) <= NOTHING * extent.most ? 0 : Math.max(Math.abs(value) * factor, LEAST));
 
@@ -129,7 +129,7 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
     const unit = scaled("W", Math.max(...values.map(Math.abs)));
     const say = (value) => `${tools.number(figure(value * unit.factor, 3))} ${unit.unit}`;
     let [x, y, p] = [begin, top + 24, 0];
-    told.forEach((row, n) => {
+    placed.forEach((row, n) => {
       const h = heights[n];
       if (row.place !== undefined) {
         p = powerInto(row, streams, values);
@@ -138,7 +138,7 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
         parts.push(p === 0 ? null : chevron(x + thick(p) / 2, y + h / 2, Math.sign(p), thick(p)));
         parts.push(node("line", { x1: round(x - 6), x2: round(x + Math.max(thick(p), 8) + 6), y1: round(y + h), y2: round(y + h), stroke: paint("ink"), "stroke-width": 2 }));
         place(row.lines, left + 2, y + h - 3, "start", [data.places[row.place] ?? row.place], true);
-        const ends = !row.from || row.from.entry || row.from.broken || n === told.length - 1 || told[n + 1].from?.broken;
+        const ends = !row.from || row.from.entry || row.from.broken || n === placed.length - 1 || placed[n + 1].from?.broken;
         row.lines[1].textContent = row.lines[2].textContent = "";
         const entry = row.from?.entry ? [streams[row.from.k].label] : [];
         if (ends) place(row.lines.slice(1), x + thick(p) + 10, y + h - 5 - entry.length * LINE, "start", [...entry, say(p)]);
@@ -177,7 +177,7 @@ function powerInto({ place, from }, streams, values) {
 
 /** How far the train reaches to the left and right of where it begins, and the greatest power in it, at any time (W). */
 function extentOf(rows, streams, courses) {
-  const found = { left: 0, right: 0, most: 1e-300 };
+  const extent = { left: 0, right: 0, most: 1e-300 };
   for (let n = 0; n < Math.max(...courses.map((values) => values.length)); n++) {
     const values = courses.map((course) => course[n]);
     let [x, p] = [0, 0];
@@ -186,12 +186,12 @@ function extentOf(rows, streams, courses) {
       if (row.side === "left") x += Math.abs(p) - Math.abs(q);
       if (row.from?.broken) x = 0;
       p = q;
-      found.left = Math.max(found.left, -x);
-      found.right = Math.max(found.right, x + Math.abs(p));
-      found.most = Math.max(found.most, Math.abs(p), row.k === undefined ? 0 : Math.abs(values[row.k]));
+      extent.left = Math.max(extent.left, -x);
+      extent.right = Math.max(extent.right, x + Math.abs(p));
+      extent.most = Math.max(extent.most, Math.abs(p), row.k === undefined ? 0 : Math.abs(values[row.k]));
     }
   }
-  return found;
+  return extent;
 }
 
 /** A label in lines that have room, broken between words. */

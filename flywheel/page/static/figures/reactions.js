@@ -123,8 +123,8 @@ function hodograph(row, begin, place, { phi, driver, tools }) {
     point: (x, y) => nearest(phi, xs, ys, x, y, 60),
     move(at) {
       const tip = spot(at);
-      const found = [forceX, forceY].map((values) => valueAt(phi, values, at, driver.cyclic));
-      begin.value.textContent = `${driver.symbol} = ${placeOf(driver, at, tools)}: ${tip ? `${number(figure(Math.hypot(...found) * row.factor))} ${row.unit}` : "–"}`;
+      const force = [forceX, forceY].map((values) => valueAt(phi, values, at, driver.cyclic));
+      begin.value.textContent = `${driver.symbol} = ${placeOf(driver, at, tools)}: ${tip ? `${number(figure(Math.hypot(...force) * row.factor))} ${row.unit}` : "–"}`;
       setAll(arrow, tip ? { d: arrowTo([X(0), Y(0)], tip), visibility: "visible" } : { visibility: "hidden" });
     },
   };
@@ -178,10 +178,10 @@ function overDriver(row, begin, place, { phi, driver, tools }) {
     children.push(label(x0 - 4, tick.at + 4, tick.words, { anchor: "end", colour: "muted", size: 10 }));
   }
   for (const at of driverTicks(driver, x1 - x0)) {
-    const told = tools.number(String(Number((at * driver.factor).toFixed(6))).replace("-", "−"));
-    const half = wide(told, 10) / 2;
+    const numeral = tools.number(String(Number((at * driver.factor).toFixed(6))).replace("-", "−"));
+    const half = wide(numeral, 10) / 2;
     children.push(node("line", { x1: round(X(at)), x2: round(X(at)), y1: round(y0), y2: round(y1), stroke: paint("grid") }));
-    children.push(label(Math.min(Math.max(X(at), left + half), x1 - half + 2), y1 + 12, told, { anchor: "middle", colour: "muted", size: 10 }));
+    children.push(label(Math.min(Math.max(X(at), left + half), x1 - half + 2), y1 + 12, numeral, { anchor: "middle", colour: "muted", size: 10 }));
   }
   children.push(node("line", { x1: round(x0), x2: round(x1), y1: round(Y(0)), y2: round(Y(0)), stroke: paint("ink") }));
   for (const curve of row.curves) {
@@ -197,11 +197,11 @@ function overDriver(row, begin, place, { phi, driver, tools }) {
     children,
     point: (x) => Math.min(Math.max(driver.least + ((x - x0) / (x1 - x0)) * (driver.greatest - driver.least), driver.least), driver.greatest),
     move(at) {
-      const found = row.curves.map(({ values }) => valuesAt(phi, values, at, driver.cyclic));
-      const words = found.map((each) => each.map((value) => tools.number(figure(value === null ? null : value * row.factor))).join(" → "));
+      const sides = row.curves.map(({ values }) => valuesAt(phi, values, at, driver.cyclic));
+      const words = sides.map((each) => each.map((value) => tools.number(figure(value === null ? null : value * row.factor))).join(" → "));
       begin.value.textContent = `${driver.symbol} = ${placeOf(driver, at, tools)}: ${words.join("; ")} ${row.unit}`;
       setAll(line, { x1: round(X(at)), x2: round(X(at)) });
-      found.forEach((each, k) => {
+      sides.forEach((each, k) => {
         const value = each[each.length - 1];
         setAll(dots[k], value === null ? { visibility: "hidden" } : { cx: round(X(at)), cy: round(Y(value)), visibility: "visible" });
       });

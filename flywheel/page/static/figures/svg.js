@@ -45,14 +45,14 @@ const widths = new Map();
 /** About how wide a text is, px. */
 export function wide(content, size = SMALL, bold = false) {
   const key = `${bold} ${content}`;
-  let found = widths.get(key);
-  if (found === undefined) {
+  let width = widths.get(key);
+  if (width === undefined) {
     if (widths.size > 4000) widths.clear();
     measure.font = `${bold ? "bold " : ""}100px system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif`;
-    found = measure.measureText(content).width / 100;
-    widths.set(key, found);
+    width = measure.measureText(content).width / 100;
+    widths.set(key, width);
   }
-  return found * size * 1.03;
+  return width * size * 1.03;
 }
 
 /** The data of a path through points; a point that is null, or whose place is in `gaps`, begins a new stroke. */
@@ -159,22 +159,22 @@ const SAME = 2e-6; // of the axis: nearer positions are one
 const sizes = new WeakMap(); // of a curve: its largest value
 
 function sizeOf(values) {
-  let found = sizes.get(values);
-  if (found === undefined) {
-    found = 0;
-    for (const value of values) if (Math.abs(value) > found) found = Math.abs(value);
-    sizes.set(values, found);
+  let greatest = sizes.get(values);
+  if (greatest === undefined) {
+    greatest = 0;
+    for (const value of values) if (Math.abs(value) > greatest) greatest = Math.abs(value);
+    sizes.set(values, greatest);
   }
-  return found;
+  return greatest;
 }
 
 /** Values of a curve at a position: one, between samples on the line that is drawn; or the two at a jump. Rounding is 0. */
 export function valuesAt(phi, values, at, cyclic) {
   const least = NOTHING * sizeOf(values);
-  return found(phi, values, at, cyclic).map((value) => (value !== null && Math.abs(value) < least ? 0 : value));
+  return between(phi, values, at, cyclic).map((value) => (value !== null && Math.abs(value) < least ? 0 : value));
 }
 
-function found(phi, values, at, cyclic) {
+function between(phi, values, at, cyclic) {
   const last = phi.length - 1;
   const near = SAME * (phi[last] - phi[0]);
   if (cyclic && (at - phi[0] < near || phi[last] - at < near)) return apart(values[last], values[0], values);
@@ -200,8 +200,8 @@ function apart(before, after, values) {
 
 /** One value between samples, of the side behind a jump. */
 export function valueAt(phi, values, at, cyclic) {
-  const found = valuesAt(phi, values, at, cyclic);
-  return found[found.length - 1];
+  const sides = valuesAt(phi, values, at, cyclic);
+  return sides[sides.length - 1];
 }
 
 // -- files ------------------------------------------------------------------------------------------------------------
