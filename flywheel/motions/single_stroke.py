@@ -309,7 +309,7 @@ def single_stroke(
     if faults := rtol_faults(rtol):
         raise SceneError(faults)
     tolerance = min(max(_STEP * rtol, _FINEST), _COARSEST)
-    closest = max(_SIZED, _STEP * rtol)
+    closest = max(_SIZED, _STEP * rtol) * (1.0 if rates or near is None else _NEARLY)
     with np.errstate(all="ignore"):
         limits, binding = dict[str, Limit](), None
         if scene.inertia is None:
@@ -343,6 +343,8 @@ def single_stroke(
                 name: {each: _CARRIED * one for each, one in off.items()} if isinstance(off, Mapping) else _CARRIED * off
                 for name, off in like.error.items()
             }
+            if (slopes := tight.phases.slopes) is not None and scene.inertia is None:
+                error["inertia"] += strokes.inertia * closest / max(abs(1.0 - float(slopes[-1, -1])), closest)
             earlier = ((name, like.limits[name]) for name in limits)
             of_limits = {name: (_CARRIED * one.reached_error, _CARRIED * one.alone_error) for name, one in earlier}
         for name in limits:
@@ -584,6 +586,7 @@ def _energy(strokes: Strokes, phases: Phases) -> dict[str, float]:
 # -- searches ----------------------------------------------------------------------------------------------------------
 
 _SIZED = 1e-8  # relative, the closest to which a flywheel is found
+_NEARLY = 8.0  # times that, beside a neighbour: steps that fall otherwise change a limit's figure by so much
 _ROUGHLY = 1e-3  # the same of the rough one that it is found beside
 _BESIDE = 2.5e-4  # of a flywheel: the nearest one for the slope of a limit, by the next factor
 _STRAIGHT = 1e-2  # of the change of a limit to that flywheel: errors within which its slope is constant
