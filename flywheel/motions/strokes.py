@@ -41,6 +41,7 @@ _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
 _EVEN = 1e-3  # by which the rate of that may change over half of what is left
+_IN_TIME = "a stroke that ends before the next begins"
 _REGAINED = 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that the drive keeps
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
@@ -354,8 +355,8 @@ class Strokes:
         lasting = self._period(stop_time) if regained is None else math.inf
         if lasting < stop_time:
             defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
-            advice = f"at most {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
-            raise SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
+            most = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
+            raise SceneError([Fault("single_stroke.rate", defect, _IN_TIME, most)])
         start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
@@ -663,9 +664,9 @@ def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | No
     try:
         return fitted(strokes, guess, None, 1.0, earlier)[1]
     except SceneError as error:
-        if strokes.plan.rate is None or not error.faults[0].path.startswith("single_stroke"):
-            raise
-        raise _beyond_rate(strokes, error.faults[0]) from None
+        if strokes.plan.rate and (fault := error.faults[0]).path.startswith("single_stroke") and fault.expected != _IN_TIME:
+            raise _beyond_rate(strokes, fault) from None
+        raise
 
 
 def _beyond_rate(strokes: Strokes, fault: Fault) -> SceneError:
