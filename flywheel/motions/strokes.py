@@ -50,8 +50,7 @@ _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it af
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
 _SLIPS = {"slip": 1, "overrun": -1}  # how a locked clutch begins to slip: the driving side then is faster, or slower
-NAME, BRAKE = "clutch", "brake[0]"
-"""The paths of the clutch's torque and of the brake's as loads."""
+NAME, BRAKE = "clutch", "brake[0]"  # paths of the clutch's torque and of the brake's as loads
 
 
 class Ramp(NamedTuple):
@@ -355,8 +354,8 @@ class Strokes:
         lasting = self._period(stop_time) if regained is None else math.inf
         if lasting < stop_time:
             defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
-            most = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
-            raise SceneError([Fault("single_stroke.rate", defect, _IN_TIME, most)])
+            advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
+            raise SceneError([Fault("single_stroke.rate", defect, _IN_TIME, advice)])
         start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
