@@ -41,7 +41,6 @@ _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
 _EVEN = 1e-3  # by which the rate of that may change over half of what is left
-_IN_TIME = "a stroke that ends before the next begins"
 _REGAINED = 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that the drive keeps
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
@@ -355,7 +354,7 @@ class Strokes:
         if lasting < stop_time:
             defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
-            raise SceneError([Fault("single_stroke.rate", defect, _IN_TIME, advice)])
+            raise SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
         start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
@@ -663,7 +662,8 @@ def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | No
     try:
         return fitted(strokes, guess, None, 1.0, earlier)[1]
     except SceneError as error:
-        if strokes.plan.rate and (fault := error.faults[0]).path.startswith("single_stroke") and fault.expected != _IN_TIME:
+        fault, wheel = error.faults[0], strokes.scene.inertia  # of a wheel that is still sought no other rate is known
+        if strokes.plan.rate and wheel is not None and fault.path.startswith("single_stroke"):
             raise _beyond_rate(strokes, fault) from None
         raise
 

@@ -77,9 +77,9 @@ class Sheet:
         if what:
             self.names[of] = what
         elif of.endswith("_prime"):
-            what = _("{what}: influence coefficient g", what=self.names.get(base, base))
+            what = _("{what}, influence coefficient g", what=self.names.get(base, base))
         else:
-            what = _("{what}: its derivative g′", what=self.names.get(base, base))
+            what = _("{what}, its derivative g′", what=self.names.get(base, base))
         used = tuple(value for symbol, value in self.values.items() if symbol in formulas.symbols(formula))
         plain = {number.symbol: number.value for number in used}
         own = formulas.value(formula, plain)
@@ -480,6 +480,7 @@ def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
             if k < 2 * len(loops.closures)
             else loops.linkage.couplings[k - 2 * len(loops.closures)].name
         )
+        metres[np.abs(metres) < _TERM_ROUNDING * np.abs(metres).max()] = 0.0  # such as the cosine of a right angle
         rows.append((name, *(Quantity("", float(v) + 0.0) for v in metres[1:]), Quantity("", -float(metres[0]) + 0.0)))
     head = (_("equation"), *(_("× {symbol}′", symbol=symbol_text(s)) for s in symbols[1:]), _("= right side"))
     title = _("The derivatives of the equations, in SI: linear in the influence coefficients, which solve them")
@@ -569,7 +570,7 @@ def _law(made: Sheet) -> None:
             how = _("By the periodic cubic spline through its table, at {angle}.", angle=symbol_text(angle))
             if isinstance(output.law, Expression):
                 how = _("By its expression, differentiated rule by rule: {text}", text=output.law.excerpt)
-            what = (_("Place of {port}"), _("{what}: influence coefficient g"), _("{what}: its derivative g′"))
+            what = (_("Place of {port}"), _("{what}, influence coefficient g"), _("{what}, its derivative g′"))
             title = what[names.index(end)].format(port=output.name, what=output.name)
             made.sections[-1][1].append(Step(title, result=made.values[symbol + end], how=how))
         made.gains[output.name], made.slopes[output.name] = f"{symbol}_prime", f"{symbol}_second"
