@@ -257,9 +257,11 @@ def optimize(
     if not combinations:
         return search(scene)
     alternatives = each_of(partial(_alternative, scene, search), combinations, jobs, progress, "combinations")
+    if not alternatives:
+        raise KeyboardInterrupt
     sign = 1.0 if maximize is None else -1.0
     order = sorted(range(len(alternatives)), key=lambda k: _order(alternatives[k], sign))
-    best = combinations[order[0]] if order else combinations[0]
+    best = combinations[order[0]]
     optimum = search(scene.with_(best.values))  # where no combination has a design, it is refused here
     missing = len(combinations) - len(alternatives)
     said = (f"interrupted: {missing} of {len(combinations)} combinations were not searched",) if missing else ()

@@ -731,6 +731,27 @@ def test_each_combination_has_its_own_best_numbers():
     assert found.at_bounds == {"flywheel.irregularity": "high"}
 
 
+def test_an_interruption_keeps_the_combinations_that_were_searched(monkeypatch):
+    from flywheel.designs import optimum
+
+    own, last = optimum._alternative, ["25"]
+
+    def interrupted(*arguments):
+        if arguments[-1].names["parameters.teeth"] in last:
+            raise KeyboardInterrupt
+        return own(*arguments)
+
+    monkeypatch.setattr(optimum, "_alternative", interrupted)
+    scene = flywheel.load(ROTOR | {"parameters": {"teeth": 20}})
+    options = {"choose": {"parameters.teeth": [30, 20, 25]}, "over": {"load.0.to": (1.0, 2.0)}, "samples": 4, "starts": 1}
+    found = flywheel.optimize(scene, "exact + parameters.teeth", **options)
+    assert (found.interrupted, found.confirmed, found.choices) == (True, False, {"parameters.teeth": "20"})
+    assert found.messages[0] == "interrupted: 1 of 3 combinations were not searched"
+    last.append("30")
+    with pytest.raises(KeyboardInterrupt):
+        flywheel.optimize(scene, "exact + parameters.teeth", **options)
+
+
 def test_faults_of_choices():
     scene = flywheel.load(ROTOR | {"flywheel": ARMED | {"material": "carbon steel"}})
     for choose, told in (
