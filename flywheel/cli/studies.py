@@ -523,6 +523,11 @@ def tolerance(
 )
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Seed of the first designs.")
 @_JOBS
+@click.option(
+    "--resume",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File in which finished combinations of --choose are kept; the same command continues from it.",
+)
 @json_flag()
 @plot_option("Draw the course of the search.")
 @click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
@@ -537,6 +542,7 @@ def optimize(
     starts: int,
     seed: int,
     jobs: int | None,
+    resume: Path | None,
     as_json: bool,
     plot: Path | None,
     engine: str | None,
@@ -552,6 +558,8 @@ def optimize(
     if not (over or choose):
         raise click.UsageError("Give --over PATH=LOW:HIGH or --choose PATH=VALUE,VALUE.")
     several = len(minimize) + len(maximize) > 1
+    if resume is not None and (several or not choose):
+        raise click.UsageError("--resume keeps the combinations of --choose, for a single figure.")
     if plot is not None and not over and not several:
         raise click.UsageError("--plot draws the search over numbers: give --over PATH=LOW:HIGH.")
     spare(scene, plot)
@@ -568,13 +576,14 @@ def optimize(
                 result = pareto.pareto(machine_scene, minimize, maximize=maximize, points=points, **options)
             else:
                 aim = "minimize" if minimize else "maximize"
-                result = optimum.optimize(machine_scene, **{aim: (minimize + maximize)[0]}, **options)
+                options |= {aim: (minimize + maximize)[0], "resume": resume}
+                result = optimum.optimize(machine_scene, **options)
         if plot is not None:
             from flywheel.pictures import designs as picture
 
             _drawn(picture.plot_front if isinstance(result, pareto.ParetoFront) else picture.plot_optimum, result, plot)
-        text = designs.front_text if isinstance(result, pareto.ParetoFront) else designs.optimum_text
-        show(encoded(result.as_dict(), indent=2) if as_json else text(result))
+        text = designs.front_text(result) if isinstance(result, pareto.ParetoFront) else designs.optimum_text(result)
+        show(encoded(result.as_dict(), indent=2) if as_json else text)
         for message in result.messages if as_json else ():
             click.echo(message, err=True)
     if result.interrupted:

@@ -82,7 +82,8 @@ OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wh
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
 """How a design was sized: with many at once, so and refined, one by one; refused; or not yet."""
 
-Item, Outcome = TypeVar("Item"), TypeVar("Outcome")
+Item = TypeVar("Item")
+Outcome = TypeVar("Outcome")
 
 ENGINES = ("numpy", "numba", "size")
 """What sizes designs: many at once by numpy or numba, or `size` one by one."""
@@ -367,19 +368,31 @@ def _begin_work() -> None:
 
 
 def each_of(
-    function: Callable[[Item], Outcome], items: Sequence[Item], jobs: int, progress: bool | None, label: str
+    function: Callable[[Item], Outcome],
+    items: Sequence[Item],
+    jobs: int,
+    progress: bool | None,
+    label: str,
+    keep: Callable[[Outcome], object] = lambda outcome: None,
 ) -> list[Outcome]:
-    """The values of a function of items in turn, by worker processes if `jobs` is above 1; those before an interruption."""
+    """The values of a function of items in turn, by worker processes if `jobs` is above 1; those before an interruption.
+
+    `keep` is called with each of them.
+    """
     outcomes: list[Outcome] = []
     with progress_bar(len(items), progress, label) as bar, suppress(KeyboardInterrupt):
+
+        def add(outcome: Outcome) -> None:
+            keep(outcome)
+            outcomes.append(outcome)
+            bar(1)
+
         if jobs > 1:
             with worker_pool(jobs) as pool, suppress(BrokenExecutor):  # what a lost worker leaves is done here
                 for outcome in pool.map(function, items):
-                    outcomes.append(outcome)
-                    bar(1)
+                    add(outcome)
         for item in items[len(outcomes) :]:
-            outcomes.append(function(item))
-            bar(1)
+            add(function(item))
     return outcomes
 
 

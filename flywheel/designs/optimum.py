@@ -9,6 +9,7 @@ Whole numbers, materials, motors: each combination of the values to choose from 
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -16,12 +17,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from math import inf, isfinite, prod
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs.figures import ENGINES, each_of, figures_of
+from flywheel.designs.sweep_results import digest, own_version
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
@@ -201,6 +204,7 @@ def optimize(
     engine: str | None = None,
     jobs: int = 1,
     progress: bool | None = False,
+    resume: str | Path | None = None,
 ) -> Optimum:
     """The numbers of a scene within bounds that make a figure least (or greatest) while limits are kept.
 
@@ -221,10 +225,11 @@ def optimize(
         engine: as of a sweep.
         jobs: number of worker processes among which the combinations are divided.
         progress: true to show a bar of them on standard error; default: if that is a terminal.
+        resume: a file in which finished combinations are kept: the same search continues from them.
 
     Raises:
-        SceneError: for a missing path or figure, invalid bounds, no valid design, and limits that no design keeps, with the
-            best design found.
+        SceneError: for a missing path or figure, invalid bounds, no valid design, a file of another search, and limits that
+            no design keeps, with the best design found.
 
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "90 deg"}], "regime": {"speed": 30},
@@ -256,23 +261,52 @@ def optimize(
     )
     if not combinations:
         return search(scene)
-    alternatives = each_of(partial(_alternative, scene, search), combinations, jobs, progress, "combinations")
+    journal = None if resume is None else _Journal(Path(resume), scene, search.keywords)
+    earlier = {} if journal is None else journal.read()
+    left = [combination for combination in combinations if tuple(combination.names.items()) not in earlier]
+    add = (lambda alternative: None) if journal is None else journal.add
+    alternatives = [*earlier.values()]
+    alternatives += each_of(partial(_alternative, scene, search), left, jobs, progress, "combinations", add)
     if not alternatives:
         raise KeyboardInterrupt
     sign = 1.0 if maximize is None else -1.0
-    order = sorted(range(len(alternatives)), key=lambda k: _order(alternatives[k], sign))
-    best = combinations[order[0]]
+    alternatives.sort(key=lambda alternative: _order(alternative, sign))
+    best = next(each for each in combinations if each.names == alternatives[0].choices)
     optimum = search(scene.with_(best.values))  # where no combination has a design, it is refused here
     missing = len(combinations) - len(alternatives)
     said = (f"interrupted: {missing} of {len(combinations)} combinations were not searched",) if missing else ()
     return replace(
         optimum,
         choices=best.names,
-        alternatives=tuple(alternatives[k] for k in order),
+        alternatives=tuple(alternatives),
         interrupted=optimum.interrupted or bool(missing),
         confirmed=optimum.confirmed and not missing,
         messages=(*said, *optimum.messages),
     )
+
+
+class _Journal:
+    """The alternatives of a search among combinations in a file: a line of JSON for each, below one for the search."""
+
+    def __init__(self, file: Path, scene: Scene, options: Mapping[str, Any]) -> None:
+        head = {"flywheel_optimum": own_version(), "scene": digest(scene), **options}
+        self.file, self.head = file, json.dumps(head, sort_keys=True, default=str)
+
+    def read(self) -> dict[tuple[tuple[str, str], ...], Alternative]:
+        """The alternatives in the file, by their choices; SceneError if it belongs to another search."""
+        lines = self.file.read_text(encoding="utf-8").split("\n") if self.file.exists() else []
+        if lines and lines[0] != self.head:
+            other, advice = "a file of another search", "give another file, or remove this one"
+            raise SceneError([Fault(str(self.file), other, "one of this scene, with these options", advice)])
+        whole = lines[1:-1]  # a line that was not finished has no end
+        self.file.write_text("\n".join([self.head, *whole, ""]), encoding="utf-8")
+        alternatives = (Alternative(*json.loads(line)) for line in whole)
+        return {tuple(alternative.choices.items()): alternative for alternative in alternatives}
+
+    def add(self, alternative: Alternative) -> None:
+        """Writes an alternative at the end of the file."""
+        with self.file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(alternative) + "\n")
 
 
 class Combination(NamedTuple):

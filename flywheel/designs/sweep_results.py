@@ -731,18 +731,22 @@ def _value(key: str, value: Any) -> str:
 _OTHER = "give another file, or remove this one"
 
 
+def own_version() -> str:
+    """The version of this package; "source" if it is not installed."""
+    try:
+        return version("flywheel-design")
+    except PackageNotFoundError:
+        return "source"
+
+
 def head(plan: Plan) -> dict[str, Any]:
     """Header of a file: the sweep to which it belongs."""
-    try:
-        own = version("flywheel-design")
-    except PackageNotFoundError:
-        own = "source"
     made = hashlib.sha256()
     for column in plan.columns.values():
         for part in blocks(plan.total):
             made.update(column[np.unravel_index(np.arange(*part.indices(plan.total)), plan.shape)].tobytes())
     return {
-        "version": own,
+        "version": own_version(),
         "scene": digest(plan.scene),
         "title": plan.scene.title,
         "rtol": plan.rtol,

@@ -399,7 +399,7 @@ def _scatter(
         i, j = family.paths.index(one), family.paths.index(two)
         matrix[i, j] = matrix[j, i] = value
     try:
-        return scatter._replace(root=np.linalg.cholesky(matrix))
+        return scatter._replace(root=np.asarray(np.linalg.cholesky(matrix), float))
     except np.linalg.LinAlgError:
         impossible = "values that no numbers can have together"
         raise SceneError([Fault("correlations", impossible, "those of a positive definite matrix")]) from None

@@ -295,7 +295,7 @@ def tolerance_text(tolerance: Tolerance, names: Sequence[str] = ()) -> str:
         unit = tolerance.units[path]
         if tolerance.intervals:
             low, high = (_number_text(end, unit) for end in tolerance.intervals[path])
-            rows.append((path, f"{low} to {high}", _unit(unit)))
+            rows.append((path, f"{low} to {high}", _unit(unit), ""))
         else:
             text = f"{_number_text(value, unit)} ± {_number_text(tolerance.deviations[path], unit, 4)}"
             ends = ["open" if end is None else _number_text(end, unit) for end in tolerance.within.get(path, ())]

@@ -752,6 +752,30 @@ def test_an_interruption_keeps_the_combinations_that_were_searched(monkeypatch):
         flywheel.optimize(scene, "exact + parameters.teeth", **options)
 
 
+def test_a_choice_continues_from_the_combinations_of_its_file(tmp_path, monkeypatch):
+    from flywheel.designs import optimum
+
+    own, searched, file = optimum._alternative, [], tmp_path / "choice.jsonl"
+
+    def counted(*arguments):
+        searched.append(arguments[-1].names["parameters.teeth"])
+        return own(*arguments)
+
+    monkeypatch.setattr(optimum, "_alternative", counted)
+    scene = flywheel.load(ROTOR | {"parameters": {"teeth": 20}})
+    options = {"over": {"load.0.to": (1.0, 2.0)}, "samples": 4, "starts": 1, "resume": file}
+    first = flywheel.optimize(scene, "exact + parameters.teeth", choose={"parameters.teeth": [30, 20]}, **options)
+    with file.open("a") as broken:
+        broken.write('[{"parameters.teeth": "25"}, 3')  # as a process leaves it that is killed
+    again = flywheel.optimize(scene, "exact + parameters.teeth", choose={"parameters.teeth": [30, 20, 25]}, **options)
+    assert searched == ["30", "20", "25"]
+    assert [each.choices["parameters.teeth"] for each in again.alternatives] == ["20", "25", "30"]
+    assert (again.alternatives[0], again.alternatives[2]) == first.alternatives
+    assert again.value == first.value
+    with pytest.raises(flywheel.SceneError, match="a file of another search"):
+        flywheel.optimize(scene, "exact", choose={"parameters.teeth": [30, 20]}, **options)
+
+
 def test_faults_of_choices():
     scene = flywheel.load(ROTOR | {"flywheel": ARMED | {"material": "carbon steel"}})
     for choose, told in (
