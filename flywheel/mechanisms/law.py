@@ -17,7 +17,7 @@ from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, 
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace, presents
+from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present, presents
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.scene.scene import Key, Mechanism, Output, Samples, Table, read_only
 
@@ -32,6 +32,11 @@ class PositionCurve(Protocol):
         """Angles (rad) in [0, period) where another formula begins or a cell must end."""
         ...
 
+    @property
+    def switches(self) -> tuple[float, ...]:
+        """Those of them at which another formula begins, and 0."""
+        ...
+
     def jet(self, phi: Any, anchor: Any, ns: Any) -> Jet:
         """Position with its two derivatives at phi, by the formula that holds at the anchor (floats)."""
         ...
@@ -43,6 +48,7 @@ class FormulaCurve(NamedTuple):
     expression: Expression
     parameters: Mapping[str, float]
     breakpoints: tuple[float, ...] = ()
+    switches: tuple[float, ...] = ()
 
     def jet(self, phi: Any, anchor: Any, ns: Any) -> Jet:
         """Position with its two derivatives at phi; every switch is decided at the anchor.
@@ -74,6 +80,11 @@ class SplineCurve(Samples):
     def breakpoints(self) -> tuple[float, ...]:
         """The knots but the last, where the third derivative jumps."""
         return tuple(self.knots[:-1].tolist())
+
+    @property
+    def switches(self) -> tuple[float, ...]:
+        """The same."""
+        return self.breakpoints
 
     def jet(self, phi: Any, anchor: Any, ns: Any) -> Jet:
         """Position with its two derivatives at phi, by the cubic on which the anchor lies."""
@@ -159,19 +170,22 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
         path = f"{mechanism.path}.outputs.{output.name}"
         try:
             curve = _curve(output, mechanism.period, parameters, path)
-            curves[output.name], ports[output.name] = curve, _port(output, curve, mechanism.period, path)
+            curves[output.name], ports[output.name] = curve, _port(output, _plain(curve), mechanism.period, path)
         except SceneError as error:
             faults += error.faults
     if faults:
         raise SceneError(faults)
-    switches = tuple(sorted({angle for curve in curves.values() for angle in curve.breakpoints}))
+    ends, switches = (
+        tuple(sorted({angle for curve in curves.values() for angle in getattr(curve, kind)}))
+        for kind in ("breakpoints", "switches")
+    )
     return Family(
         velocities=tuple(velocity(output) for output in mechanism.outputs),
         masses=tuple(Mass(o.name, o.inertia, o.name) for o in mechanism.outputs if o.inertia != 0),
         weights=(),
         ports=ports,
         position=partial(LawPosition, curves, mechanism.period),
-        breakpoints=switches,
+        breakpoints=ends,
         switches=switches,
     )
 
@@ -197,6 +211,11 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
     law = output.law
     if foreign := sorted(law.names - {"phi", *parameters} | law.names & _OWN):
         raise SceneError([Fault(_key(output, path), f"an expression of {', '.join(foreign)}", "phi and parameters")])
+    if varying := [value for name, value in parameters.items() if name in law.names and is_recorded(value)]:
+        plain = _curve(output, period, {name: present(value) for name, value in parameters.items()}, path)
+        if not varying[0].recorder.exact or len(plain.switches) > 1:
+            raise TypeError("parameters of a law whose pieces depend on them")
+        return FormulaCurve(law, read_only(parameters), plain.breakpoints, plain.switches)
 
     def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
         return {**parameters, "phi": Jet(Interval(lo, hi), 1.0)}
@@ -209,7 +228,15 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
         splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
     except SwitchingError as error:
         raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
-    return FormulaCurve(law, read_only(parameters), tuple(np.unique(np.concatenate((edges, splits))).tolist())[:-1])
+    cells = np.unique(np.concatenate((edges, splits)))
+    return FormulaCurve(law, read_only(parameters), tuple(cells.tolist())[:-1], tuple(edges.tolist())[:-1])
+
+
+def _plain(curve: PositionCurve) -> PositionCurve:
+    """A curve with the present values of its parameters."""
+    if not isinstance(curve, FormulaCurve):
+        return curve
+    return curve._replace(parameters={name: present(value) for name, value in curve.parameters.items()})
 
 
 def _key(output: Output, path: str) -> str:

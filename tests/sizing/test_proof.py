@@ -222,6 +222,15 @@ def test_a_linkage_has_the_intervals_of_the_same_mechanism_in_closed_form(aim: i
     assert all(high - low <= WIDEST * abs(low) for low, high in one.values())
 
 
+def test_a_law_of_parameters_has_the_interval_of_its_numbers() -> None:
+    def lever(x: str) -> dict[str, Any]:
+        load = [{"on": "slide", "force": "-1000 N", "from": "180 deg", "to": "270 deg"}]
+        return {**PRESS, "mechanism": {"type": "law", "outputs": {"slide": {"x": x, "mass": "3 kg"}}}, "load": load}
+
+    one = proven({**lever("r/d*L*sin(phi)"), "parameters": {"r": "10 mm", "d": "60 mm", "L": "120 mm"}}).figures
+    assert overlap(one, proven(lever("0.02*sin(phi)")).figures)
+
+
 def test_the_motion_of_a_linkage_has_the_intervals_of_the_same_mechanism_in_closed_form() -> None:
     drive = {"torque": "900 - 110*omega"}
     scenes_of_both = [{**one, "drive": drive, "flywheel": {"inertia": 40.0}, "regime": {}} for one in (jointed(), PRESS)]
