@@ -357,5 +357,5 @@ def scene(name: str, **flywheel: Any) -> Scene:
 @cache
 def figures(name: str) -> dict[str, Any]:
     """The figures of a case (`analysis` by inertia, `sizing` by irregularity, `constant`) or of a start, as texts."""
-    found: dict[str, Any] = json.loads(REFERENCES.read_text())[name]
-    return found
+    result: dict[str, Any] = json.loads(REFERENCES.read_text())[name]
+    return result

@@ -86,9 +86,9 @@ def by_hand(until: float, rtol: float) -> Any:
     return solve_ivp(rates, (0.0, until), [0.0, 10.0], "DOP853", rtol=rtol, atol=rtol * 1e-3)
 
 
-def audited(graph: BondGraph, until: float, **given: Any) -> float:
+def audited(graph: BondGraph, until: float, **inputs: Any) -> float:
     """A simulation with its audit."""
-    return simulate(graph, until, **given).audit.energy
+    return simulate(graph, until, **inputs).audit.energy
 
 
 def rows() -> Iterator[Row]:
@@ -176,8 +176,8 @@ def errors() -> str:
     graph, start, hand = fan(1, modulated), {"crank": 10.0}, by_hand(5.0, 1e-9)
     truth = np.array(list(simulate(graph, 5.0, initial=start, rtol=1e-11).states(hand.t).values()))[::-1]  # theta, omega
     ours = simulate(graph, 5.0, initial=start)
-    found = np.array(list(ours.states(hand.t).values()))[::-1]
-    off = [(np.abs(way - truth).max(axis=1) / np.abs(truth).max(axis=1)).max() for way in (found, hand.y)]
+    result = np.array(list(ours.states(hand.t).values()))[::-1]
+    off = [(np.abs(way - truth).max(axis=1) / np.abs(truth).max(axis=1)).max() for way in (result, hand.y)]
     if not off[0] <= ours.error + 1e-11:
         sys.exit(f"the simulation is {off[0]:.1e} off, more than it tells: {ours.error:.1e}")
     return f"5 s, 10 to 18 rad/s: ours is {off[0]:.1e} off (estimate {ours.error:.1e}), the hand-written run {off[1]:.1e}"

@@ -97,15 +97,15 @@ def by_hand(until: float) -> float:
         phi, omega = state.tolist()
         return [omega, acceleration(phi, omega)]
 
-    found = solve_ivp(rates, (0.0, until), [0.0, 0.0], "DOP853", rtol=RTOL, atol=RTOL, dense_output=True)
-    return float(found.y[0, -1])
+    result = solve_ivp(rates, (0.0, until), [0.0, 0.0], "DOP853", rtol=RTOL, atol=RTOL, dense_output=True)
+    return float(result.y[0, -1])
 
 
 def by_library(until: float) -> float:
     """The angle at the end, of the whole answer with its energies, peaks and errors."""
-    found = flywheel.transient(scene(), end=until)
-    assert estimates(found)
-    return float(found.phi)
+    result = flywheel.transient(scene(), end=until)
+    assert estimates(result)
+    return float(result.phi)
 
 
 def main(quick: bool) -> int:

@@ -106,9 +106,9 @@ def ours(repeats: int) -> list[Row]:
 
 def error_of(angles: Any) -> float:
     """Greatest error of the output's angle at every hundredth position."""
-    found = np.asarray(angles)[::100]
+    result = np.asarray(angles)[::100]
     true = np.array([reference(q) for q in Q[::100]])
-    return float(np.abs(np.angle(np.exp(1j * (found - true)))).max())
+    return float(np.abs(np.angle(np.exp(1j * (result - true)))).max())
 
 
 def closed_form(repeats: int) -> Row:
@@ -155,19 +155,19 @@ def pylinkage_rows(repeats: int) -> list[Row]:
     rows = [Row("pylinkage: positions", seconds, error_of(angles([coords[-1] for coords in places])))]
     for call, what in (("step_fast", "positions"), ("step_fast_with_kinematics", "positions, velocities, accelerations")):
         compiled, _ = timed(lambda call=call: fresh(call), 1)
-        seconds, found = timed(lambda call=call: fresh(call), repeats)
-        track = found[0] if isinstance(found, tuple) else found
+        seconds, result = timed(lambda call=call: fresh(call), repeats)
+        track = result[0] if isinstance(result, tuple) else result
         rows.append(Row(f"pylinkage {call}, first call", compiled, np.nan))
         rows.append(Row(f"pylinkage {call}: {what}", seconds, error_of(angles(track[:, -1]))))
-        if isinstance(found, tuple):
-            arm = (np.asarray(found[0])[:, -1] - G) @ [1.0, 1j]
+        if isinstance(result, tuple):
+            arm = (np.asarray(result[0])[:, -1] - G) @ [1.0, 1j]
             rows += [
                 Row(
                     f"  its {name}, relative error",
                     np.nan,
                     rate_error(order, (arm.conjugate() * (part[:, -1] @ [1.0, 1j])).imag),
                 )
-                for order, name, part in ((1, "g", found[1]), (2, "g'", found[2]))
+                for order, name, part in ((1, "g", result[1]), (2, "g'", result[2]))
             ]
     return rows
 
@@ -179,8 +179,8 @@ def rate_error(order: int, turned: Any) -> float:
     """
     with mp.workdps(30):
         true = np.array([float(mp.diff(unrounded, mp.mpf(q), order)) for q in Q[100::100]])
-    found = np.asarray(turned)[99::100] / LENGTHS["output"] ** 2
-    return float(np.abs(found[: true.size] - true).max() / np.abs(true).max())
+    result = np.asarray(turned)[99::100] / LENGTHS["output"] ** 2
+    return float(np.abs(result[: true.size] - true).max() / np.abs(true).max())
 
 
 def mechanism_rows(_: int) -> list[Row]:

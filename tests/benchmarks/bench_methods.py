@@ -123,13 +123,13 @@ def rounded(ratio: float) -> str:
 def cases() -> list[Case]:
     """The three scenes."""
     references = {r["scene"]: r for r in json.loads((REFERENCES / "references.json").read_text())}
-    found = []
+    result = []
     for title, name in (("scotch yoke of p.103, 100 rad/s", "yoke-100rad"), ("slider-crank press", "press")):
         true = Decimal(references[f"{name}.toml"]["flywheel"]["exact"])
-        found.append(Case(title, name, flywheel.load(REFERENCES / "scenes" / f"{name}.toml"), true))
+        result.append(Case(title, name, flywheel.load(REFERENCES / "scenes" / f"{name}.toml"), true))
     true = Decimal(regimes.figures("section-c")["sizing"]["0.1"]["inertia"])
     scene = flywheel.load(regimes.scene("section-c", irregularity=0.1))
-    return [*found, Case("torque falls with speed", "section-c", scene, true)]
+    return [*result, Case("torque falls with speed", "section-c", scene, true)]
 
 
 # -- the ways --------------------------------------------------------------------------------------------------------------
@@ -138,10 +138,10 @@ def cases() -> list[Case]:
 def column(case: Case, budget: float, exudyn: str | None, quick: bool) -> Column:
     """All the ways on one scene."""
     told(f"{case.title}: the toolkit's methods")
-    found = tradeoff(flywheel.Machine(case.scene), 1e-9, budget=budget)
-    own = {row.label: Cell(row.value, row.seconds, row.reason or row.outcome) for row in found.rows}
-    filled = Column(case, found.scale, own | dict(others(case, exudyn, quick)))
-    check(filled, found)
+    result = tradeoff(flywheel.Machine(case.scene), 1e-9, budget=budget)
+    own = {row.label: Cell(row.value, row.seconds, row.reason or row.outcome) for row in result.rows}
+    filled = Column(case, result.scale, own | dict(others(case, exudyn, quick)))
+    check(filled, result)
     return filled
 
 
@@ -150,9 +150,9 @@ def others(case: Case, exudyn: str | None, quick: bool) -> Iterator[tuple[str, C
     script = by_hand.SCRIPTS[case.name]
     for name, count in GRIDS.items():
         yield name, run(partial(by_hand.by_grid, script, count), 1 if quick else 15)
-    for name, (given, tolerance) in SIMULATIONS.items():
+    for name, (inputs, tolerance) in SIMULATIONS.items():
         told(f"{case.title}: {name}")
-        yield name, run(partial(by_hand.by_simulation, script, given, tolerance), 1 if quick else 3)
+        yield name, run(partial(by_hand.by_simulation, script, inputs, tolerance), 1 if quick else 3)
     if exudyn is not None and case.name != "yoke-100rad":
         told(f"{case.title}: {MULTIBODY}")
         yield MULTIBODY, by_exudyn(exudyn, case.name)
@@ -180,20 +180,20 @@ def by_exudyn(python: str, name: str) -> Cell:
         return Cell(None, None, "not done after 180 s")
     if done.returncode:
         return Cell(None, None, (done.stderr.strip().splitlines() or ["failed"])[-1])
-    found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
-    return Cell(found["inertia"], found["seconds"])
+    result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    return Cell(result["inertia"], result["seconds"])
 
 
 # -- what comes of it ------------------------------------------------------------------------------------------------------
 
 
-def check(filled: Column, found: Tradeoff) -> None:
+def check(filled: Column, result: Tradeoff) -> None:
     """Print how far the errors that `tradeoff` tells are from those against 30 digits; too far ends the run."""
-    rows = [row for row in found.rows if row.value is not None and row.error is not None]
+    rows = [row for row in result.rows if row.value is not None and row.error is not None]
     apart, row = max((abs((row.error or 0.0) - filled.error(row.value or 0.0)), row) for row in rows)
-    allowed = found.reference.doubt + ROUNDING * max(row.error or 0.0, 1.0)
+    allowed = result.reference.doubt + ROUNDING * max(row.error or 0.0, 1.0)
     line = f"{filled.case.title}: errors told by tradeoff are at most {apart:.1e} from those against 30 digits"
-    told(f"{line} ({row.name}); its reference allows {found.reference.doubt:.1e}")
+    told(f"{line} ({row.name}); its reference allows {result.reference.doubt:.1e}")
     if apart > allowed:
         sys.exit("the errors that tradeoff tells are not true")
 

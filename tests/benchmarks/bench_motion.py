@@ -103,9 +103,9 @@ def graph() -> Any:
     return b.build()
 
 
-def off(found: Any, truth: Any) -> float:
+def off(result: Any, truth: Any) -> float:
     """The greatest difference of rows of states, each relative to its greatest value."""
-    return float((np.abs(np.asarray(found) - truth).max(axis=1) / np.abs(truth).max(axis=1)).max())
+    return float((np.abs(np.asarray(result) - truth).max(axis=1) / np.abs(truth).max(axis=1)).max())
 
 
 def ways(truth: Any) -> dict[str, Callable[[float], tuple[Callable[[], Any], Callable[[Any], tuple[float, float]]]]]:
@@ -115,18 +115,18 @@ def ways(truth: Any) -> dict[str, Callable[[float], tuple[Callable[[], Any], Cal
     def of_machine(call: Callable[[float], Any], motion: Callable[[Any], Any]) -> Any:
         return lambda rtol: (
             lambda: call(rtol),
-            lambda found: (off(motion(found).at(TIMES), truth[:2]), motion(found).error),
+            lambda result: (off(motion(result).at(TIMES), truth[:2]), motion(result).error),
         )
 
-    def states(found: Any) -> Any:
-        return [found.displacement("phi", TIMES), found.flow("crank", TIMES), found.flow("armature", TIMES)]
+    def states(result: Any) -> Any:
+        return [result.displacement("phi", TIMES), result.flow("crank", TIMES), result.flow("armature", TIMES)]
 
     return {
         "flywheel.simulate": of_machine(lambda rtol: flywheel.simulate(machine, 0.0, 0.0, 1.0, rtol=rtol), lambda it: it),
         "flywheel.run_up": of_machine(lambda rtol: flywheel.run_up(machine, "1 s", rtol=rtol), lambda it: it.motion),
         "bondgraph.simulate": lambda rtol: (
             lambda: simulate(whole, 1.0, rtol=rtol),
-            lambda found: (off(states(found), truth), found.error),
+            lambda result: (off(states(result), truth), result.error),
         ),
     }
 
@@ -140,12 +140,12 @@ def scripts(truth: Any) -> dict[str, tuple[Callable[[], Any], Callable[[Any], fl
     def by_scipy(method: str, rtol: float) -> Any:
         return lambda: solve_ivp(rates, (0.0, 1.0), [0.0] * 3, method, rtol=rtol, atol=1e-2 * rtol)
 
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for method, rtol in (("RK45", 1e-3), ("RK45", 1e-6), ("DOP853", 1e-9)):
-        found[f"by hand, solve_ivp {method} {rtol:.0e}"] = by_scipy(method, rtol), lambda it: at_end(it.y[:, -1])
+        result[f"by hand, solve_ivp {method} {rtol:.0e}"] = by_scipy(method, rtol), lambda it: at_end(it.y[:, -1])
     for steps in (250, 1000):
-        found[f"by hand, order 4, {steps} steps"] = (lambda steps=steps: fixed_formula(steps)), at_end
-    return found
+        result[f"by hand, order 4, {steps} steps"] = (lambda steps=steps: fixed_formula(steps)), at_end
+    return result
 
 
 def main() -> None:
@@ -156,7 +156,7 @@ def main() -> None:
     for name, way in ways(truth).items():
         calls |= {(name, rtol): way(rtol) for rtol in RTOLS}
     for name, (call, error) in scripts(truth).items():
-        calls[name, 0.0] = call, lambda found, error=error: (error(found), None)
+        calls[name, 0.0] = call, lambda result, error=error: (error(result), None)
     least: dict[tuple[str, float], float] = {}
     last: dict[tuple[str, float], Any] = {}
     for _ in range(2 if QUICK else 7):
@@ -168,12 +168,12 @@ def main() -> None:
     print(f"{'':36s}{'rtol':>7s}{'true error':>12s}{'estimate':>10s}{'time':>11s}{'ratio':>8s}")
     faults = []
     for (name, rtol), (_, errors) in calls.items():
-        true, told = errors(last[name, rtol])
-        asked, estimate = (f"{rtol:.0e}", f"{told:.1e}") if told is not None else ("", "none")
+        true, text = errors(last[name, rtol])
+        request, estimate = (f"{rtol:.0e}", f"{text:.1e}") if text is not None else ("", "none")
         seconds = least[name, rtol]
-        print(f"{name:36s}{asked:>7s}{true:12.1e}{estimate:>10s}{1e3 * seconds:8.1f} ms{seconds / baseline:8.2f}")
-        if told is not None and not (true <= told + 2e-12 and told <= rtol):
-            faults.append(f"{name} at rtol {rtol:.0e}: true error {true:.1e}, estimate {told:.1e}")
+        print(f"{name:36s}{request:>7s}{true:12.1e}{estimate:>10s}{1e3 * seconds:8.1f} ms{seconds / baseline:8.2f}")
+        if text is not None and not (true <= text + 2e-12 and text <= rtol):
+            faults.append(f"{name} at rtol {rtol:.0e}: true error {true:.1e}, estimate {text:.1e}")
     for name in ways(truth):
         share = least[name, 1e-3] / least[name, 1e-9]
         print(f"{name}: rtol 1e-3 takes {share:.2f} of the time of 1e-9, 1e-6 {least[name, 1e-6] / least[name, 1e-9]:.2f}")

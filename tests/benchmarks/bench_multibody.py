@@ -97,9 +97,9 @@ def by_reduction(until: float) -> Any:
         moment = torque(omega) + weight
         return [omega, (moment - half * omega**2) / inertia, moment * omega]
 
-    found = solved(rates, [START, 0.0, 0.0], until)
-    x, v = poses(found.y[0], found.y[1])
-    return found.sol, x, residual(v, found.y[2])
+    result = solved(rates, [START, 0.0, 0.0], until)
+    x, v = poses(result.y[0], result.y[1])
+    return result.sol, x, residual(v, result.y[2])
 
 
 def newton_system(phi: float, omega: float) -> tuple[Any, Any]:
@@ -131,11 +131,11 @@ def by_newton(until: float) -> Any:
         _, c, _, cb, b1, _ = rod(phi)
         return [omega, alpha, (torque(omega) - M3 * G * (R * c + C * cb * b1)) * omega]
 
-    found = solved(rates, [START, 0.0, 0.0], until)
-    x, v = poses(found.y[0], found.y[1])
-    systems = [newton_system(phi, omega) for phi, omega in zip(found.y[0], found.y[1], strict=True)]
+    result = solved(rates, [START, 0.0, 0.0], until)
+    x, v = poses(result.y[0], result.y[1])
+    systems = [newton_system(phi, omega) for phi, omega in zip(result.y[0], result.y[1], strict=True)]
     reactions = np.linalg.solve(np.stack([a for a, _ in systems]), np.stack([r for _, r in systems])[..., None])[:, 5:, 0]
-    return found.sol, x, residual(v, found.y[2]), reactions
+    return result.sol, x, residual(v, result.y[2]), reactions
 
 
 MASSES = np.diag((M2, M2, I2, M3, M3, I3, M4, M4, 1.0))
@@ -168,10 +168,10 @@ def by_multipliers(until: float) -> Any:
         return np.concatenate((v, np.linalg.solve(a, r)[:9], [v @ r[:9]]))
 
     x, g = poses(np.array([START]), np.array([0.0]))
-    found = solved(rates, [*x[0], *g[0], 0.0], until)
-    systems = [multiplier_system(y[:9], y[9:18]) for y in found.y.T]
+    result = solved(rates, [*x[0], *g[0], 0.0], until)
+    systems = [multiplier_system(y[:9], y[9:18]) for y in result.y.T]
     reactions = np.linalg.solve(np.stack([a for a, _ in systems]), np.stack([r for _, r in systems])[..., None])[:, 9:, 0]
-    return found.sol, found.y.T, residual(found.y[9:18].T, found.y[18]), reactions
+    return result.sol, result.y.T, residual(result.y[9:18].T, result.y[18]), reactions
 
 
 def by_energy(until: float) -> Any:
@@ -190,10 +190,10 @@ def by_energy(until: float) -> Any:
         return both[1] - until
 
     over.terminal = True
-    found = solve_ivp(rates, (0.0, 1e3), [begin, 0.0], "DOP853", rtol=RTOL, atol=RTOL, dense_output=True, events=over)
-    phi = START + found.t**2
+    result = solve_ivp(rates, (0.0, 1e3), [begin, 0.0], "DOP853", rtol=RTOL, atol=RTOL, dense_output=True, events=over)
+    phi = START + result.t**2
     inertia = np.array([reduced_terms(one)[0] for one in phi])
-    omega = found.t * np.sqrt(2 * found.y[0] / inertia)
+    omega = result.t * np.sqrt(2 * result.y[0] / inertia)
     return (phi, omega), poses(phi, omega)
 
 

@@ -92,8 +92,8 @@ def main() -> int:
         scene = Path(folder) / "press.toml"
         shutil.copy(EXAMPLES / "machines/press.toml", scene)
         try:
-            with browser() as found, served(scene) as server:
-                page = answered(shown(found.new_page(viewport={"width": 1280, "height": 800}), server.address))
+            with browser() as result, served(scene) as server:
+                page = answered(shown(result.new_page(viewport={"width": 1280, "height": 800}), server.address))
                 drag(page, PATHS[0], 20)  # everything has been imported and compiled once
                 answered(page)
                 before = piece()

@@ -228,7 +228,7 @@ def split_by_hand(case: Case, inertia: float, start: float, longest: float) -> S
     return run_until_settled(lap, start, longest)
 
 
-def unsplit_by_hand(case: Case, inertia: float, start: float, longest: float, **given: Any) -> Settled:
+def unsplit_by_hand(case: Case, inertia: float, start: float, longest: float, **inputs: Any) -> Settled:
     """solve_ivp on equations by hand in one go; a lap is looked at where phi passes a whole turn."""
     rates = case.by_hand(inertia)
 
@@ -241,7 +241,7 @@ def unsplit_by_hand(case: Case, inertia: float, start: float, longest: float, **
     def lap() -> Lap:
         nonlocal state, t
         if not waiting:
-            run = solve_ivp(rates, (t, t + 20.5 * TURN / start), state, events=passing, dense_output=True, **given)
+            run = solve_ivp(rates, (t, t + 20.5 * TURN / start), state, events=passing, dense_output=True, **inputs)
             passed = zip(run.t_events[0].tolist(), run.y_events[0].tolist(), strict=True)
             marks = [(a, b) for a, b in passed if a > t + 0.1 / start]
             edges = [t, *(a for a, _ in marks)]
@@ -318,30 +318,30 @@ def solved(machine: flywheel.Machine, inertia: float) -> tuple[Any, float, Calla
     """The analysis, the constant speed at which the net work is zero, and Newton's method from there on the final mesh."""
     sizing = flywheel.size(machine, simulate=False)
     start = sizing.cyclic.constant_speed
-    asked = Demand(inertia * machine.scene.flywheel_ratio**2, None, None)
-    mesh = periodic_motion.own_motion(machine, start, asked, 0.0, 0.0, sizing.rtol).solved.moments
-    return sizing, start, lambda: periodic(mesh, start, asked, first_guess(mesh, start, asked.inertia, 0.0))
+    request = Demand(inertia * machine.scene.flywheel_ratio**2, None, None)
+    mesh = periodic_motion.own_motion(machine, start, request, 0.0, 0.0, sizing.rtol).solved.moments
+    return sizing, start, lambda: periodic(mesh, start, request, first_guess(mesh, start, request.inertia, 0.0))
 
 
 def sized(case: Case, eps: str, quick: bool) -> None:
     """Print the flywheel for an irregularity: ours, and a root search over transients by hand, split."""
-    asked, figures = float(eps), regimes.figures(case.name)["sizing"][eps]
+    request, figures = float(eps), regimes.figures(case.name)["sizing"][eps]
     true, start = float(figures["inertia"]), float(regimes.figures(case.name)["constant"]["speed"])
-    machine = flywheel.Machine(flywheel.load(regimes.scene(case.name, irregularity=asked)))
-    found = flywheel.size(machine, simulate=False).flywheel.exact
+    machine = flywheel.Machine(flywheel.load(regimes.scene(case.name, irregularity=request)))
+    result = flywheel.size(machine, simulate=False).flywheel.exact
     ours = timed(lambda: flywheel.size(machine, simulate=False), 5 if quick else 25)
     runs, tolerance = 0, 1e-3 if quick else 1e-9
 
     def miss(inertia: float) -> float:
         nonlocal runs
         runs += 1
-        return split_by_hand(case, inertia, start, LONGEST).irregularity - asked
+        return split_by_hand(case, inertia, start, LONGEST).irregularity - request
 
     begun = time.perf_counter()
     searched = brentq(miss, 0.8 * true, 1.2 * true, xtol=tolerance * true, rtol=tolerance)
     spent = time.perf_counter() - begun
     print(f"\n{case.title}, flywheel for eps = {eps}: {true:.12g} kg m²")
-    print(f"  {'flywheel.size':34}{1e3 * ours:9.2f} ms{1:8}  error {abs(found / true - 1):.0e}")
+    print(f"  {'flywheel.size':34}{1e3 * ours:9.2f} ms{1:8}  error {abs(result / true - 1):.0e}")
     name = f"root search over {runs} transients"
     print(f"  {name:34}{1e3 * spent:9.2f} ms{spent / ours:8.3g}  error {abs(searched / true - 1):.0e}")
 
@@ -349,12 +349,12 @@ def sized(case: Case, eps: str, quick: bool) -> None:
 def main(quick: bool) -> None:
     """Print every table, and whether the target is met."""
     c, kloss = regimes.figures("section-c"), regimes.figures("kloss-press")
-    found = []
+    result = []
     for inertia, label in (("0", "no flywheel"), ("5", "light"), ("500", "heavy")):
-        found.append(compared(C, label, float(inertia), c["analysis"][inertia], quick))
+        result.append(compared(C, label, float(inertia), c["analysis"][inertia], quick))
     heavy = kloss["sizing"]["0.02"]
-    found.append(compared(KLOSS, "light", 0.1, kloss["analysis"]["0.1"], quick))
-    found.append(compared(KLOSS, "heavy", float(heavy["inertia"]), heavy, quick))
+    result.append(compared(KLOSS, "light", 0.1, kloss["analysis"]["0.1"], quick))
+    result.append(compared(KLOSS, "heavy", float(heavy["inertia"]), heavy, quick))
     sized(C, "0.1", quick)
     sized(KLOSS, "0.02" if quick else "0.1", quick)
     print(f"\nhow many times faster than the library's own transient (target {TARGET}):")
@@ -364,7 +364,7 @@ def main(quick: bool) -> None:
         "flywheel.size, beside one run from rest",
     )
     for k, name in enumerate(names):
-        ratios = [row[k] for row in found if row[k] is not None]
+        ratios = [row[k] for row in result if row[k] is not None]
         verdict = "met by all" if min(ratios) >= TARGET else f"met by {sum(r >= TARGET for r in ratios)} of {len(ratios)}"
         print(f"  {name:50}{verdict:14}{', '.join(f'{ratio:.3g}' for ratio in ratios)}")
 

@@ -96,13 +96,13 @@ def best(
     calls: dict[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = time.process_time
 ) -> dict[str, float]:
     """The least time of each call, s; they take turns, so that other load on the machine falls on all."""
-    found = dict.fromkeys(calls, np.inf)
+    result = dict.fromkeys(calls, np.inf)
     for _ in range(repeats):
         for name, call in calls.items():
             start = clock()
             call()
-            found[name] = min(found[name], clock() - start)
-    return found
+            result[name] = min(result[name], clock() - start)
+    return result
 
 
 def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
@@ -121,12 +121,12 @@ def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
     print(f"\n{'designs a CPU second':24}{'':>10}{'times one by one':>20}")
     for name, rate in rates.items():
         print(f"{name:24}{rate:10.0f}{rate / rates['one by one']:20.0f}")
-    found = {name: designs.sized(scene, PATHS, many, RTOL, name) for name in names}
-    wanted = np.array([alone(column) for column in many.T[:20]])
+    result = {name: designs.sized(scene, PATHS, many, RTOL, name) for name in names}
+    expected = np.array([alone(column) for column in many.T[:20]])
     for name in names:
-        exact, error = found[name].values["exact"], found[name].errors["exact"]
-        ways = np.bincount(found[name].ways, minlength=3)
-        apart = np.abs(exact[:20] / wanted - 1.0).max()
+        exact, error = result[name].values["exact"], result[name].errors["exact"]
+        ways = np.bincount(result[name].ways, minlength=3)
+        apart = np.abs(exact[:20] / expected - 1.0).max()
         print(f"{name}: {ways[0]} at once, {ways[1]} refined, {ways[2]} alone; errors told up to {error.max():.1e}; "
               f"from one by one {apart:.1e}")  # fmt: skip
     limits = {"numpy": NUMPY, "numba": NUMBA}

@@ -147,9 +147,9 @@ def by_grid(script: Script, count: int) -> float:
 Cycle = Callable[[float, float], tuple[float, float, float]]  # inertia, speed at phi = 0: speed at 2 pi, its extremes
 
 
-def by_simulation(script: Script, given: dict[str, Any], tolerance: float) -> float:
+def by_simulation(script: Script, inputs: dict[str, Any], tolerance: float) -> float:
     """The flywheel (kg m²) by a root search over cycles that `solve_ivp` runs; `tolerance` is the search's, relative."""
-    return searched(script, _simulated(script, given), tolerance)
+    return searched(script, _simulated(script, inputs), tolerance)
 
 
 def searched(script: Script, cycle: Cycle, tolerance: float) -> float:
@@ -200,7 +200,7 @@ def balance(script: Script) -> float:
     return -float(net) / TURN
 
 
-def _simulated(script: Script, given: dict[str, Any]) -> Cycle:
+def _simulated(script: Script, inputs: dict[str, Any]) -> Cycle:
     rest, fall = script.motor or (balance(script), 0.0)
     low, high = script.window
 
@@ -220,7 +220,7 @@ def _simulated(script: Script, given: dict[str, Any]) -> Cycle:
 
     def cycle(inertia: float, start: float) -> tuple[float, float, float]:
         longest = 4 * TURN / start
-        run: Any = solve_ivp(rates, (0, longest), [0.0, start], events=over, args=(inertia,), dense_output=True, **given)
+        run: Any = solve_ivp(rates, (0, longest), [0.0, start], events=over, args=(inertia,), dense_output=True, **inputs)
         omega = run.sol(np.linspace(0.0, run.t[-1], _LOOKED))[1]
         return float(run.y[1, -1]), float(omega.max()), float(omega.min())
 

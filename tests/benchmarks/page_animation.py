@@ -54,11 +54,11 @@ def main() -> None:
     with served(SCENE) as server, browser() as chromium:
         page = shown(chromium.new_page(viewport=WINDOW), server.address)
         page.wait_for_timeout(3000)
-        found = [
+        result = [
             frame.resize((WIDTH, WIDTH * frame.height // frame.width), Image.Resampling.LANCZOS) for frame in frames(page)
         ]
-    palette = found[len(found) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
-    drawn = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in found]
+    palette = result[len(result) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+    drawn = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in result]
     drawn[0].save(EXAMPLES / "page.gif", save_all=True, append_images=drawn[1:], duration=PERIOD, loop=0, optimize=True)
 
 

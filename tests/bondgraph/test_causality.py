@@ -79,7 +79,7 @@ def hub(*elements, kind="1"):
 
 def violations(graph, strokes):
     """The rules of causality that strokes break, by element."""
-    found = []
+    result = []
     for name, element in graph.elements.items():
         at = [strokes[b.number] == name for b in graph.at(name)]
         right = {
@@ -91,8 +91,8 @@ def violations(graph, strokes):
             "Sf": at == [True],
         }
         if not right.get(element.kind, True):
-            found.append(name)
-    return found
+            result.append(name)
+    return result
 
 
 GRAPHS = {
@@ -146,52 +146,52 @@ def _join(draw, b, first, second):
 @pytest.mark.parametrize("prefer", ["integral", "derivative"])
 @pytest.mark.parametrize("graph", GRAPHS.values(), ids=GRAPHS)
 def test_every_bond_gets_a_stroke_and_every_rule_holds(graph, prefer):
-    found = causality(graph, prefer)
-    assert set(found.strokes) == set(found.reasons) == {b.number for b in graph.bonds}
-    assert found.conflicts == ()
-    assert violations(graph, found.strokes) == []
-    assert sorted(found.integral + found.derivative) == sorted(e.name for e in graph.of_kind("I", "C"))
+    result = causality(graph, prefer)
+    assert set(result.strokes) == set(result.reasons) == {b.number for b in graph.bonds}
+    assert result.conflicts == ()
+    assert violations(graph, result.strokes) == []
+    assert sorted(result.integral + result.derivative) == sorted(e.name for e in graph.of_kind("I", "C"))
 
 
 @pytest.mark.parametrize("slider_first", [False, True])
 def test_slider_crank_has_the_crank_integral_and_the_slider_follows_whatever_is_declared_first(slider_first):
-    found = causality(slider_crank(slider_first=slider_first))
-    assert (found.integral, found.derivative) == (("J",), ("m",))
-    assert found.follows == {"m": "I:m follows I:J through MTF:T"}
-    assert found.loops == ()
+    result = causality(slider_crank(slider_first=slider_first))
+    assert (result.integral, result.derivative) == (("J",), ("m",))
+    assert result.follows == {"m": "I:m follows I:J through MTF:T"}
+    assert result.loops == ()
 
 
 def test_reasons_say_what_came_first():
     graph = slider_crank()
-    found = causality(graph)
-    kinds = [found.reasons[b.number].kind for b in graph.bonds]
+    result = causality(graph)
+    kinds = [result.reasons[b.number].kind for b in graph.bonds]
     assert kinds == ["source", "preferred", "derivative", "propagated", "source", "propagated", "propagated"]
-    assert found.reasons[1].text == "Se:M imposes its effort"
-    assert found.reasons[2].text == "I:J integral, gives its flow"
-    assert found.reasons[3].text == "I:m has to follow: bond 7 sets the flow of 1:slider"
-    assert found.reasons[7].text == "MTF:T passes on bond 6"
+    assert result.reasons[1].text == "Se:M imposes its effort"
+    assert result.reasons[2].text == "I:J integral, gives its flow"
+    assert result.reasons[3].text == "I:m has to follow: bond 7 sets the flow of 1:slider"
+    assert result.reasons[7].text == "MTF:T passes on bond 6"
 
 
 def test_a_backward_pass_through_a_modulated_transformer_is_named_where_it_cannot_be_avoided():
-    found = causality(slider_crank(crank=False))
-    assert found.integral == ("m",)
-    assert "f_5 = f_6 / T divides by MTF:T, singular where it is 0" in found.reasons[5].text
+    result = causality(slider_crank(crank=False))
+    assert result.integral == ("m",)
+    assert "f_5 = f_6 / T divides by MTF:T, singular where it is 0" in result.reasons[5].text
     assert not any("divides" in r.text for r in causality(slider_crank()).reasons.values())
 
 
 def test_a_fixed_transformer_is_passed_either_way():
     b = Builder().one("a").one("b").on("b", I("Jb", 1.0)).on("a", I("Ja", 1.0)).transform("a", "b", 2.0, name="T")
-    found = causality(b.build())
-    assert found.integral == ("Jb",)
-    assert found.follows["Ja"] == "I:Ja follows I:Jb through TF:T"
-    assert not any("divides" in reason.text for reason in found.reasons.values())
+    result = causality(b.build())
+    assert result.integral == ("Jb",)
+    assert result.follows["Ja"] == "I:Ja follows I:Jb through TF:T"
+    assert not any("divides" in reason.text for reason in result.reasons.values())
 
 
 def test_a_resistor_given_as_a_function_of_its_flow_is_taken_as_resistance():
     for graph in (divider(second=lambda f: f**3), hub(Se("V", 1.0), R("b", lambda f: f**3), R("a", 1.0))):
-        found = causality(graph)
-        assert found.strokes[graph.bond_of("b").number] == "x"
-        assert found.strokes[graph.bond_of("a").number] == "a"
+        result = causality(graph)
+        assert result.strokes[graph.bond_of("b").number] == "x"
+        assert result.strokes[graph.bond_of("a").number] == "a"
     forced = causality(hub(Se("V", 1.0), R("b", lambda f: f**3)))
     assert "the law e(f) of R:b has to be solved for f" in forced.reasons[2].text
 
@@ -220,17 +220,17 @@ def test_other_preferences_are_refused(prefer, message):
 
 
 def test_rival_sources_are_a_conflict_that_names_both_and_the_rest_is_assigned():
-    found = causality(rivals())
-    assert len(found.strokes) == 6
-    assert violations(found.graph, found.strokes) == ["T"]
-    assert len(found.conflicts) == 1
+    result = causality(rivals())
+    assert len(result.strokes) == 6
+    assert violations(result.graph, result.strokes) == ["T"]
+    assert len(result.conflicts) == 1
     rivalry = "Se:a (bond 1) and Se:b (bond 5) both set the effort of TF:T (bonds 3, 4)"
-    assert found.conflicts == (f"{rivalry}: remove one, or put an R between",)
+    assert result.conflicts == (f"{rivalry}: remove one, or put an R between",)
 
 
 def test_a_junction_whose_flow_nobody_sets_is_a_conflict():
-    found = causality(hub(Se("a", 1.0), Se("b", 1.0)))
-    assert found.conflicts == (
+    result = causality(hub(Se("a", 1.0), Se("b", 1.0)))
+    assert result.conflicts == (
         "Se:a (bond 1) and Se:b (bond 2) both set the effort of 1:x (bonds 1, 2): remove one, or put an R between",
     )
     (line,) = causality(hub(Se("a", 1.0))).conflicts
@@ -259,39 +259,39 @@ def test_describe_lists_every_bond_and_all_that_was_found():
 @given(graphs())
 @pytest.mark.slow
 def test_trees_without_sources_and_with_a_resistor_everywhere_never_conflict(graph):
-    found = causality(graph)
-    assert found.conflicts == ()
-    assert violations(graph, found.strokes) == []
+    result = causality(graph)
+    assert result.conflicts == ()
+    assert violations(graph, result.strokes) == []
 
 
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(graphs(ports=("I", "C", "R", "Se", "Sf"), most=4, ring=True, needs_r=False))
 def test_a_conflict_is_reported_exactly_where_no_assignment_exists(graph):
     assume(len(graph.bonds) <= 11)
-    found = causality(graph)
+    result = causality(graph)
     numbers = [b.number for b in graph.bonds]
     every = itertools.product(*(b[1:] for b in graph.bonds))
     possible = any(not violations(graph, dict(zip(numbers, ends, strict=True))) for ends in every)
-    assert possible == (found.conflicts == ())
-    assert (violations(graph, found.strokes) == []) == possible
+    assert possible == (result.conflicts == ())
+    assert (violations(graph, result.strokes) == []) == possible
 
 
 def test_sixty_bonds_and_more_are_assigned():
     b = Builder().one("v0").on("v0", Se("M", 1.0), I("J0", 1.0))
     for k in range(1, 40):
         b.one(f"v{k}").on(f"v{k}", I(f"J{k}", 1.0)).between(f"v{k - 1}", f"v{k}", C(f"k{k}", 1.0), R(f"d{k}", 1.0))
-    found = causality(b.build())
-    assert len(found.integral) == 79
-    assert violations(found.graph, found.strokes) == []
+    result = causality(b.build())
+    assert len(result.integral) == 79
+    assert violations(result.graph, result.strokes) == []
 
 
 def test_what_is_asked_for_by_name_is_asked_first():
     b = Builder().one("crank", displacement="theta").one("slider").on("crank", I("J", 1.0), Se("M", 1.0))
     graph = b.on("slider", I("m", 2.0)).transform("crank", "slider", lambda theta: theta, name="T").build()
     assert causality(graph).integral == ("J",)
-    asked = causality(graph, prefer={"m": "integral"})
-    assert (asked.integral, asked.derivative, asked.conflicts) == (("m",), ("J",), ())
-    assert any("divides by MTF:T" in reason.text for reason in asked.reasons.values())
+    request = causality(graph, prefer={"m": "integral"})
+    assert (request.integral, request.derivative, request.conflicts) == (("m",), ("J",), ())
+    assert any("divides by MTF:T" in reason.text for reason in request.reasons.values())
 
 
 def test_the_order_of_writing_does_not_turn_transformers_round():
@@ -302,8 +302,8 @@ def test_the_order_of_writing_does_not_turn_transformers_round():
     loop.transform("crank", "rod", lambda theta: 0.3 * theta, name="T1")
     loop.sum("x", [("crank", lambda theta: theta), ("rod", lambda theta: 1 + theta)], "translation")
     loop.on("rod", I("J_rod", 1.0)).on("x", I("m", 1.0)).on("crank", I("J", 1.0), Se("M", 1.0))
-    found = causality(loop.build())
-    assert (found.integral, found.loops) == (("J",), ())
+    result = causality(loop.build())
+    assert (result.integral, result.loops) == (("J",), ())
 
 
 def strokes(graph):
@@ -341,8 +341,8 @@ def test_a_ladder_has_all_its_paths_once():
     """e_x = u - r1 (e_x/g1 + f_b), e_y = e_x - r2 f_b, f_b = e_y/g2 + ...: r1 and r2 meet g2, r1 meets g1."""
     b = Builder().one("a").zero("x").one("b").zero("y").bond("a", "x").bond("x", "b").bond("b", "y")
     b.on("a", Se("u", 1.0), R("r1", 2.0)).on("x", R("g1", 3.0)).on("b", R("r2", 5.0)).on("y", R("g2", 7.0))
-    found = zero_order_paths(b.one("c").bond("y", "c").on("c", I("m", 1.0)).build())
-    assert sorted(path.value for path in found) == pytest.approx([-5.0 / 7.0, -2.0 / 3.0, -2.0 / 7.0])
+    result = zero_order_paths(b.one("c").bond("y", "c").on("c", I("m", 1.0)).build())
+    assert sorted(path.value for path in result) == pytest.approx([-5.0 / 7.0, -2.0 / 3.0, -2.0 / 7.0])
 
 
 @pytest.mark.parametrize("join", ["transform", "gyrate"])
@@ -353,23 +353,23 @@ def test_loops_go_through_transformers_and_gyrators(join):
         b.zero("z").bond("y", "z")
         far = "z"
     getattr(b, join)("x", "y", 2.0, name="T").on(far, R("b", 1.0), R("c", 1.0))
-    found = causality(b.build())
-    (loop,) = found.loops
+    result = causality(b.build())
+    (loop,) = result.loops
     assert {"a", "b", "T"} <= set(loop.elements)
-    assert violations(found.graph, found.strokes) == []
+    assert violations(result.graph, result.strokes) == []
 
 
 def test_a_ring_of_transformers_is_a_loop_of_the_junction_structure():
     b = Builder().one("x").one("y").zero("p").zero("q").on("x", I("J", 1.0)).on("y", R("r", 1.0))
     b.bond("x", "p").bond("p", "y").bond("x", "q").transform("q", "y", 2.0, name="T")
-    found = causality(b.build())
-    assert found.conflicts == ()
-    assert violations(found.graph, found.strokes) == []
-    assert found.follows == {"J": "I:J follows no store and no source: the junctions alone decide it"}
-    assert [loop.elements for loop in found.loops] == [("x", "y", "p", "q", "T")] * 2
-    assert found.loops[0].text.startswith("algebraic loop through the junction structure at 1:x, ")
-    assert found.loops[0].text.endswith(": e_3 -> e_4 -> e_7 -> e_6 -> e_5 -> e_3")
-    assert found.reasons[3].text.startswith("nothing decides it: 0:p taken to receive the effort")
+    result = causality(b.build())
+    assert result.conflicts == ()
+    assert violations(result.graph, result.strokes) == []
+    assert result.follows == {"J": "I:J follows no store and no source: the junctions alone decide it"}
+    assert [loop.elements for loop in result.loops] == [("x", "y", "p", "q", "T")] * 2
+    assert result.loops[0].text.startswith("algebraic loop through the junction structure at 1:x, ")
+    assert result.loops[0].text.endswith(": e_3 -> e_4 -> e_7 -> e_6 -> e_5 -> e_3")
+    assert result.reasons[3].text.startswith("nothing decides it: 0:p taken to receive the effort")
 
 
 TABLE_GRAPHS = {"crank": slider_crank(), "generic": generic(), "motor": motor(), "shaft": shaft(), "divider": divider()}
@@ -411,17 +411,17 @@ def quantities(term):
 
 
 def assert_complete(graph):
-    found = table(graph)
-    equations = [e for row in found.rows for e in (row.effort, row.flow)]
+    result = table(graph)
+    equations = [e for row in result.rows for e in (row.effort, row.flow)]
     variables = {Signal(letter, b.number) for b in graph.bonds for letter in "ef"}
-    assert [row.bond for row in found.rows] == [b.number for b in graph.bonds]
+    assert [row.bond for row in result.rows] == [b.number for b in graph.bonds]
     assert len(equations) == len(variables)
     assert {e.left for e in equations} == variables
     states = {Signal("p" if e.kind == "I" else "q", graph.bond_of(e.name).number) for e in graph.of_kind("I", "C")}
-    known = variables | states | {s._replace(rate=True) for s in states}
-    used = {q for row in found.rows for e in (row.effort, row.flow, row.state) if e for t in e.right for q in quantities(t)}
-    assert used <= known
-    assert {row.state.left._replace(rate=False) for row in found.rows if row.state} == states
+    reference = variables | states | {s._replace(rate=True) for s in states}
+    used = {q for row in result.rows for e in (row.effort, row.flow, row.state) if e for t in e.right for q in quantities(t)}
+    assert used <= reference
+    assert {row.state.left._replace(rate=False) for row in result.rows if row.state} == states
     laws = {t.factor.name for e in equations for t in e.right if t.factor is not None}
     assert laws <= set(graph.elements)
 
@@ -430,10 +430,10 @@ def solved(graph):
     """Efforts and flows from the table's equations alone: laws by random numbers, states and their rates free."""
     rng = np.random.default_rng(1)
     laws = {name: rng.uniform(0.5, 2.0) for name in graph.elements}
-    found = table(graph)
+    result = table(graph)
     column = {Signal(x, b.number): 2 * k + (x == "f") for k, b in enumerate(graph.bonds) for x in "ef"}
     matrix, right = np.eye(len(column)), np.zeros(len(column))
-    for row in found.rows:
+    for row in result.rows:
         for equation in (row.effort, row.flow):
             line = column[equation.left]
             for term in equation.right:
@@ -522,9 +522,9 @@ def test_source_table_9_generic_graph():
 
 
 def test_the_convention_and_what_follows_what_are_printed_below():
-    found = table(slider_crank())
-    assert found.notes == ("I:m follows I:J through MTF:T",)
-    assert found.text().splitlines()[-2:] == [f"convention: {CONVENTION}", found.notes[0]]
+    result = table(slider_crank())
+    assert result.notes == ("I:m follows I:J through MTF:T",)
+    assert result.text().splitlines()[-2:] == [f"convention: {CONVENTION}", result.notes[0]]
 
 
 def test_rows_say_ends_half_arrow_and_stroke():
@@ -539,30 +539,30 @@ def test_implicit_equations_are_named():
 def test_laws_that_are_functions_show_what_they_vary_with():
     b = Builder().one("x", displacement="s").signal("u").parameter(k=2.0)
     b.on("x", Se("F", lambda t, u: t * u), I("m", lambda k: k), R("d", lambda f, s: f * s), C("c", lambda q, k: k * q**3))
-    found = cells(b.build())
-    assert found[1][0] == "e_1 = F(t, u)"
-    assert found[2][1] == "f_2 = p_2/m"
-    assert found[3][0] == "e_3 = d(f_3, s)"
-    assert found[4][0] == "e_4 = c(q_4)"
+    result = cells(b.build())
+    assert result[1][0] == "e_1 = F(t, u)"
+    assert result[2][1] == "f_2 = p_2/m"
+    assert result[3][0] == "e_3 = d(f_3, s)"
+    assert result[4][0] == "e_4 = c(q_4)"
 
 
 def test_laws_in_the_other_causality_are_inverted():
     graph = Builder().zero("x").on("x", Se("V", 1.0), R("d", lambda f: f**3), C("c", lambda q: q**3), C("k", 2.0)).build()
-    found = cells(graph)
-    assert found[2][1] == "f_2 = d^-1(e_2)"
-    assert found[3] == ("e_3 = e_1", "f_3 = dq_3/dt", "q_3 = c^-1(e_3)")
-    assert found[4] == ("e_4 = e_1", "f_4 = dq_4/dt", "q_4 = k e_4")
+    result = cells(graph)
+    assert result[2][1] == "f_2 = d^-1(e_2)"
+    assert result[3] == ("e_3 = e_1", "f_3 = dq_3/dt", "q_3 = c^-1(e_3)")
+    assert result[4] == ("e_4 = e_1", "f_4 = dq_4/dt", "q_4 = k e_4")
 
 
 def test_a_half_arrow_out_of_a_store_or_resistor_turns_its_sign():
     b = Builder().one("x").zero("y").bond("x", "y").on("x", Se("V", 1.0))
     for element, junction in ((I("m", 1.0), "x"), (R("r", 1.0), "x"), (R("g", lambda f: f**3), "x"), (C("c", 1.0), "y")):
         b.bond(b.add(element), junction)
-    found = cells(b.build())
-    assert found[3][1:] == ("f_3 = p_3/m", "dp_3/dt = -e_3")
-    assert found[4][0] == "e_4 = -r f_4"
-    assert found[5][0] == "e_5 = g(-f_5)"
-    assert found[6] == ("e_6 = q_6/c", "f_6 = -f_1", "dq_6/dt = -f_6")
+    result = cells(b.build())
+    assert result[3][1:] == ("f_3 = p_3/m", "dp_3/dt = -e_3")
+    assert result[4][0] == "e_4 = -r f_4"
+    assert result[5][0] == "e_5 = g(-f_5)"
+    assert result[6] == ("e_6 = q_6/c", "f_6 = -f_1", "dq_6/dt = -f_6")
 
 
 def test_a_ready_made_modulus_shows_the_junction_that_it_depends_on():
@@ -572,9 +572,9 @@ def test_a_ready_made_modulus_shows_the_junction_that_it_depends_on():
 
 
 def test_gyrators_swap_effort_and_flow():
-    found = cells(motor())
-    assert found[4][:2] == ("e_4 = G f_5", "f_4 = f_2")
-    assert found[5][:2] == ("e_5 = G f_4", "f_5 = f_6")
+    result = cells(motor())
+    assert result[4][:2] == ("e_4 = G f_5", "f_4 = f_2")
+    assert result[5][:2] == ("e_5 = G f_4", "f_5 = f_6")
 
 
 def test_markdown_has_a_row_per_bond():
@@ -610,12 +610,12 @@ def test_a_causality_of_another_graph_is_refused():
 def test_what_laws_read_has_a_row_of_its_own():
     """A controller that reads a speed and a voltage: two activated bonds, which carry no power."""
     b = Builder().one("arm").one("rotor").on("arm", R("r", 1.0), I("L", 0.1), Se("u", lambda f_rotor, e_r: -f_rotor - e_r))
-    found = table(b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", 2.0, name="k").build())
-    *_, speed, voltage, _ = found.text().splitlines()
+    result = table(b.on("rotor", I("J", 1.0)).gyrate("arm", "rotor", 2.0, name="k").build())
+    *_, speed, voltage, _ = result.text().splitlines()
     assert speed.split() == ["1:rotor", "MSe:u", "=>", "f_rotor", "=", "f_4"]
     assert voltage.split() == ["R:r", "MSe:u", "=>", "e_r", "=", "e_1"]
-    assert [row.bond for row in found.rows] == [1, 2, 3, 4, 5, 6, -1, -2]
-    assert r"$\mbox{f\_rotor} = f_{4}$" in found.latex()
+    assert [row.bond for row in result.rows] == [1, 2, 3, 4, 5, 6, -1, -2]
+    assert r"$\mbox{f\_rotor} = f_{4}$" in result.latex()
 
 
 def test_another_causality_gives_another_table():

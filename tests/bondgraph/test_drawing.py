@@ -221,9 +221,9 @@ def test_flaws_are_named():
     drawn = drawn_of("condensed")
     near = {**drawn.boxes, "J": (drawn.boxes["M"][0],)}
     spoilt = type(drawn)(drawn.labels, near, {1: drawn.bonds[1]}, {1: near["M"][0]}, drawn.ends)
-    found = list(flaws(spoilt))
-    assert "labels of 'M' and 'J' overlap" in found
-    assert "the number of bond 1 lies on the label of 'M'" in found
+    result = list(flaws(spoilt))
+    assert "labels of 'M' and 'J' overlap" in result
+    assert "the number of bond 1 lies on the label of 'M'" in result
     through = Segment(Spot(near["M"][0].x - 50.0, near["M"][0].y), Spot(near["M"][0].x + 50.0, near["M"][0].y))
     spoilt = type(drawn)(drawn.labels, drawn.boxes, {6: through}, {6: Box(0.0, 900.0, 1.0, 1.0)}, drawn.ends)
     assert "bond 6 passes through the label of 'M'" in list(flaws(spoilt))
@@ -314,10 +314,10 @@ def test_parts_have_a_colour_each_that_the_picture_explains():
 
 
 def test_explanations_take_other_words():
-    found = texts(draw(condensed(), causality={}, words={"rotation": "rotación", "transformer": "transformador"}))
-    assert "rotación" in found
-    assert "translation" in found
-    assert any(text.startswith("transformador: $f_{") for text in found)
+    result = texts(draw(condensed(), causality={}, words={"rotation": "rotación", "transformer": "transformador"}))
+    assert "rotación" in result
+    assert "translation" in result
+    assert any(text.startswith("transformador: $f_{") for text in result)
 
 
 def test_parts_of_elements_that_are_none_are_named():
@@ -343,16 +343,16 @@ def test_a_graph_that_no_arrangement_makes_clear_is_refused(monkeypatch):
 
 
 def test_labels_say_symbol_name_and_what_a_law_varies_with():
-    found = labels(condensed())
-    assert found["T"][:2] == ("MTF", ("T(theta)",))
-    assert found["J"][:2] == ("I", ("J",))
-    assert found["crank"] == ("1", ("crank",), True)
+    result = labels(condensed())
+    assert result["T"][:2] == ("MTF", ("T(theta)",))
+    assert result["J"][:2] == ("I", ("J",))
+    assert result["crank"] == ("1", ("crank",), True)
 
 
 def test_names_that_only_join_their_neighbours_are_left_out():
-    found = labels(motor())
-    assert found["rotor-crank"].lines == ()
-    assert found["rotor-crank.rate"].lines == ()
+    result = labels(motor())
+    assert result["rotor-crank"].lines == ()
+    assert result["rotor-crank.rate"].lines == ()
     assert labels(hub())["crank->cylinder0.rod.com.x"][:2] == ("TF", ("2",))
 
 
@@ -511,9 +511,9 @@ def test_everything_lies_inside_the_picture(name):
 
 def test_labels_numbers_strokes_and_the_convention_are_drawn():
     figure = draw(condensed(), causality=STROKES)
-    found = texts(figure)
-    assert {r"MTF:$T$($\theta$)", "I:$J$", "Se:$M$", "crank", "slider", "7"} <= set(found)
-    assert any("f_{\\mathrm{in}}" in text for text in found)
+    result = texts(figure)
+    assert {r"MTF:$T$($\theta$)", "I:$J$", "Se:$M$", "crank", "slider", "7"} <= set(result)
+    assert any("f_{\\mathrm{in}}" in text for text in result)
     without = draw(condensed(), causality={}, numbers=False)
     assert len(figure.axes[0].lines) - len(without.axes[0].lines) == len(STROKES)
     assert "7" not in texts(without)
@@ -540,8 +540,8 @@ def test_an_option_that_there_is_none_of_is_refused_with_those_that_there_are(ca
 def test_without_a_causality_the_library_finds_one():
     from bondgraph import causality
 
-    found = causality(condensed())
-    assert len(draw(condensed()).axes[0].lines) == len(draw(condensed(), causality=found.strokes).axes[0].lines)
+    result = causality(condensed())
+    assert len(draw(condensed()).axes[0].lines) == len(draw(condensed(), causality=result.strokes).axes[0].lines)
 
 
 def test_bonds_have_the_colour_of_their_domain_and_a_legend_names_those_present():

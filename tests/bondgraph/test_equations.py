@@ -57,16 +57,16 @@ def equal(a, b):
 
 def agrees(graph, signals=None):
     """Symbolic rates against `Dynamics.rates`, at several states and times, relative to the largest rate."""
-    found, dynamics = state_equations(graph), Dynamics(graph, signals)
-    assert [str(s) for s in found.states] == [clean(name) for name in dynamics.state.names]
-    numeric = found.numeric(signals)
+    result, dynamics = state_equations(graph), Dynamics(graph, signals)
+    assert [str(s) for s in result.states] == [clean(name) for name in dynamics.state.names]
+    numeric = result.numeric(signals)
     rng = np.random.default_rng(1)
     for now in (0.0, 0.7, 1.9):
-        states = rng.uniform(0.2, 1.0, len(found.states)).tolist()
+        states = rng.uniform(0.2, 1.0, len(result.states)).tolist()
         expected = np.array(dynamics.at(now, states).rates, float)
         got = np.array(numeric(now, states))
         assert np.max(np.abs(got - expected)) <= 1e-12 * max(1.0, np.max(np.abs(expected)))
-    return found
+    return result
 
 
 # Symbolic equations against Lagrange's, against numbers, and what their reading finds.
@@ -84,38 +84,38 @@ def lagrange(kinetic, q, qdot, force, dissipation=0):
 
 def test_slider_crank_is_lagranges_equation():
     w = sympy.Symbol("thetadot")
-    found = motion_equation(slider_crank().build())
-    assert (found.coordinate, found.rate) == (theta, w)
-    assert equal(found.inertia, J + m * T**2)
-    assert equal(found.slope, 2 * m * T * T.diff(theta))
-    assert equal(found.moment, M + T * F - B * T**2 * w)
+    result = motion_equation(slider_crank().build())
+    assert (result.coordinate, result.rate) == (theta, w)
+    assert equal(result.inertia, J + m * T**2)
+    assert equal(result.slope, 2 * m * T * T.diff(theta))
+    assert equal(result.moment, M + T * F - B * T**2 * w)
     expected = lagrange((J + m * T**2) * w**2 / 2, theta, w, M + T * F, B * (T * w) ** 2 / 2)
-    assert equal(found.acceleration, expected)
+    assert equal(result.acceleration, expected)
 
 
 def test_the_opaque_form_is_the_textbooks():
     ratio = sympy.Function("T")
-    found = motion_equation(slider_crank().build(), opaque=True)
+    result = motion_equation(slider_crank().build(), opaque=True)
     angle = sympy.Function("theta")(t)
     rate = ratio(angle)
     left = (J + m * rate**2) * angle.diff(t, 2) + m * rate * rate.diff(angle) * angle.diff(t) ** 2
-    assert found.equation == sympy.Eq(left, M + F * rate - B * rate**2 * angle.diff(t))
-    assert found.opaque == {ratio(theta): T}
-    assert found.latex().count(r"\ddot{\theta}") == 1
+    assert result.equation == sympy.Eq(left, M + F * rate - B * rate**2 * angle.diff(t))
+    assert result.opaque == {ratio(theta): T}
+    assert result.latex().count(r"\ddot{\theta}") == 1
 
 
 def test_the_state_is_the_momentum_of_the_integral_inertia():
     graph = slider_crank().build()
-    found = agrees(graph)
+    result = agrees(graph)
     p = sympy.Symbol("p_J")
-    assert found.states == (p, theta)
+    assert result.states == (p, theta)
     w = p / J
     expected = J * (M + T * F - B * T**2 * w - m * T * T.diff(theta) * w**2) / (J + m * T**2)
-    assert equal(found.derivatives[0], expected)
-    assert found.values == {M: 3.0, J: 2.0, m: 1.5, B: 0.7, F: -4.0}
-    assert found.inputs == (t,)
-    assert found.inert == found.algebraic == found.open == ()
-    assert found.derivative_stores == ("I:m (bond 3) follows 1:crank through MTF:T",)
+    assert equal(result.derivatives[0], expected)
+    assert result.values == {M: 3.0, J: 2.0, m: 1.5, B: 0.7, F: -4.0}
+    assert result.inputs == (t,)
+    assert result.inert == result.algebraic == result.open == ()
+    assert result.derivative_stores == ("I:m (bond 3) follows 1:crank through MTF:T",)
 
 
 def test_causality_says_which_momentum():
@@ -123,10 +123,10 @@ def test_causality_says_which_momentum():
     graph = b.build()
     assert str(state_equations(graph).states[0]) == "p_J1"
     chosen = causality(graph, {"J2": "integral", "J1": "derivative"})
-    found = state_equations(graph, causality=chosen)
+    result = state_equations(graph, causality=chosen)
     J1, J2 = sympy.symbols("J1 J2")
-    assert found.states == (sympy.Symbol("p_J2"),)
-    assert found.derivatives == (M * J2 / (J1 + J2),)
+    assert result.states == (sympy.Symbol("p_J2"),)
+    assert result.derivatives == (M * J2 / (J1 + J2),)
 
 
 @pytest.mark.slow
@@ -147,18 +147,18 @@ def test_several_branches_from_one_crank():
 def test_a_spring_on_the_slider_is_a_state_of_its_own():
     graph = slider_crank(sympy.sin(theta), C("spring", 0.25)).build()
     q, w, spring = sympy.symbols("q_spring thetadot spring")
-    found = motion_equation(graph)
-    assert equal(found.moment, M + (F - q / spring - B * sympy.sin(theta) * w) * sympy.sin(theta))
-    assert found.others == ((q, w * sympy.sin(theta)),)
+    result = motion_equation(graph)
+    assert equal(result.moment, M + (F - q / spring - B * sympy.sin(theta) * w) * sympy.sin(theta))
+    assert result.others == ((q, w * sympy.sin(theta)),)
     assert agrees(graph).states == (sympy.Symbol("p_J"), q, theta)
 
 
 def test_a_motor_drives_the_crank_through_a_gyrator():
     b = slider_crank().one("circuit", "electric").on("circuit", Se("U", 12.0), I("L", 0.1), R("Ra", 0.5))
     graph = b.gyrate("circuit", "crank", 0.3, name="K").build()
-    found = agrees(graph)
+    result = agrees(graph)
     L, Ra, U, K, pL, pJ = sympy.symbols("L Ra U K p_L p_J")
-    rates = dict(zip(found.states, found.derivatives, strict=True))
+    rates = dict(zip(result.states, result.derivatives, strict=True))
     assert equal(rates[pL], U - Ra * pL / L - K * pJ / J)
     assert equal(rates[pJ].subs({pJ: 0, F: 0}), J * (M + K * pL / L) / (J + m * T**2))
 
@@ -168,13 +168,13 @@ def test_the_second_transformers_modulus_depends_on_the_firsts_displacement():
     b = Builder().one("crank", displacement="theta").one("rod", displacement="x").one("ram")
     b.on("crank", I("J", 2.0), Se("M", 3.0)).on("rod", I("m1", 0.5)).on("ram", I("m2", 0.7), Se("F", -1.0))
     graph = b.transform("crank", "rod", sympy.sin(theta)).transform("rod", "ram", x**2).build()
-    found = motion_equation(graph)
+    result = motion_equation(graph)
     s, c = sympy.sin(theta), sympy.cos(theta)
-    assert equal(found.inertia, J + m1 * s**2 + m2 * s**2 * x**4)
-    assert equal(found.slope, 2 * m1 * s * c + 2 * m2 * s * c * x**4 + 4 * m2 * s**2 * x**3 * s)
-    assert found.others == ((x, w * s),)
+    assert equal(result.inertia, J + m1 * s**2 + m2 * s**2 * x**4)
+    assert equal(result.slope, 2 * m1 * s * c + 2 * m2 * s * c * x**4 + 4 * m2 * s**2 * x**3 * s)
+    assert result.others == ((x, w * s),)
     whole = dict(zip(agrees(graph).states, state_equations(graph).derivatives, strict=True))
-    acceleration = found.acceleration.subs(w, sympy.Symbol("p_J") / J)
+    acceleration = result.acceleration.subs(w, sympy.Symbol("p_J") / J)
     assert equal(whole[sympy.Symbol("p_J")], J * acceleration)
 
 
@@ -192,12 +192,12 @@ def test_another_coordinate_of_the_same_motion():
 def test_a_compliant_shaft_has_two_independent_inertias():
     b = Builder().one("a").one("b").on("a", I("J1", 1.0), Se("M", 3.0)).on("b", I("J2", 2.0), R("B", 0.3))
     graph = b.between("a", "b", C("shaft", 0.01), R("d", 0.2)).build()
-    found = agrees(graph)
+    result = agrees(graph)
     p1, p2, q, J1, J2, shaft, d = sympy.symbols("p_J1 p_J2 q_shaft J1 J2 shaft d")
     twist = p1 / J1 - p2 / J2
-    assert found.states == (p1, p2, q)
+    assert result.states == (p1, p2, q)
     expected = (M - q / shaft - d * twist, q / shaft + d * twist - B * p2 / J2, twist)
-    assert all(equal(a, b) for a, b in zip(found.derivatives, expected, strict=True))
+    assert all(equal(a, b) for a, b in zip(result.derivatives, expected, strict=True))
     with pytest.raises(GraphError, match=r"found 2 \(a, b\): use state_equations"):
         motion_equation(graph)
 
@@ -215,9 +215,9 @@ def test_a_massless_flow_is_solved_for():
     b.on("mass", I("m", 2.0), Se("F", 1.0)).bond("mass", "z").bond("z", "joint").on("joint", R("B", 4.0), C("c", 0.5))
     b.port("z", R("leak", 8.0))
     graph = b.build()
-    found = agrees(graph)
-    assert len(found.algebraic) == 1
-    symbol, expression = found.algebraic[0]
+    result = agrees(graph)
+    assert len(result.algebraic) == 1
+    symbol, expression = result.algebraic[0]
     p, q, c, leak = sympy.symbols("p_m q_c c leak")
     assert symbol == sympy.Symbol("f_joint")
     assert equal(expression, (leak * p / m - q / c) / (B + leak))
@@ -228,23 +228,23 @@ def test_laws_stay_formulas():
     b.on("crank", I("J", 2.0), C("spring", lambda q, k: k * q**3), R("brake", lambda f, mu: mu * f * abs(f)))
     b.on("crank", R("rub", lambda theta: 2.0 + np.cos(theta)), Se("M", lambda t, u: u * np.sin(3 * t)))
     graph = b.build()
-    found = state_equations(graph)
+    result = state_equations(graph)
     p, q, u, mu, k = sympy.symbols("p_J q_spring u mu k")
     f = p / J
     expected = u * sympy.sin(3 * t) - k * q**3 - mu * f * sympy.Abs(f) - (sympy.cos(theta) + 2) * f
-    assert equal(found.derivatives[0], expected)
-    assert found.open == (k,)
-    assert found.inputs == (t, u)
+    assert equal(result.derivatives[0], expected)
+    assert result.open == (k,)
+    assert result.inputs == (t, u)
     with pytest.raises(GraphError, match=r"no value for k: graph\.with_parameters\(k=...\)"):
-        found.numeric({"u": 1.0})
+        result.numeric({"u": 1.0})
     agrees(graph.with_parameters(k=5.0), {"u": lambda t: np.cos(t)})
 
 
 def test_a_modulus_of_a_signal_needs_the_signals_rate():
     b = Builder().one("crank").one("ram").signal("r").on("crank", I("J", 2.0), Se("M", 3.0)).on("ram", I("m", 1.0))
     graph = b.transform("crank", "ram", lambda r: r**2, name="T").build()
-    found = agrees(graph, {"r": lambda t: 1.0 + np.sin(t)})
-    assert found.inputs == (t, *sympy.symbols("r rdot"))
+    result = agrees(graph, {"r": lambda t: 1.0 + np.sin(t)})
+    assert result.inputs == (t, *sympy.symbols("r rdot"))
     with pytest.raises(GraphError, match=r"MTF:T \(bond 4\) varies with signal 'r'.*use state_equations"):
         motion_equation(graph)
 
@@ -272,8 +272,8 @@ def test_a_source_law_that_moves_is_a_function_of_flows_and_time():
 
     law = Law(effort, position, moving=True)
     b = Builder().one("crank").on("crank", I("J", 2.0)).one("ram").transform("crank", "ram", 0.5)
-    found = agrees(b.on("ram", I("m", 4.0), Se("F", law)).build())
-    assert "F(crank, p_J/J, T*p_J/J, t)".replace("T", "crank_ram") in found.text()
+    result = agrees(b.on("ram", I("m", 4.0), Se("F", law)).build())
+    assert "F(crank, p_J/J, T*p_J/J, t)".replace("T", "crank_ram") in result.text()
     seen = Law(lambda here, anchor: -0.5 * here.flow, position, moving=True, sees=("flow",))
     b = Builder().one("crank").on("crank", I("J", 2.0), Se("M", seen))
     assert "M(crank, p_J/J)" in agrees(b.build()).text()
@@ -295,31 +295,31 @@ def test_a_mechanisms_own_modulus_stays_a_function():
     motion = Motion("crank", lambda q, ns, anchor: ns.sin(q))
     ratio = Modulus(lambda s: 1.0 + s**2, lambda s: 2.0 * s * np.sqrt(1.0 - s**2), motion)
     graph = slider_crank(ratio).build()
-    found = agrees(graph)
-    assert "T(theta)" in found.text()
-    assert "T_slope(theta)" in found.text()
+    result = agrees(graph)
+    assert "T(theta)" in result.text()
+    assert "T_slope(theta)" in result.text()
 
 
 def test_values_fill_in_readable_numbers():
-    found = state_equations(slider_crank(lambda theta: -0.5 * np.sin(theta)).build(), values=True)
-    assert "1.0*" not in found.text()
-    assert set().union(*(d.free_symbols for d in found.derivatives)) == {sympy.Symbol("p_J"), theta}
+    result = state_equations(slider_crank(lambda theta: -0.5 * np.sin(theta)).build(), values=True)
+    assert "1.0*" not in result.text()
+    assert set().union(*(d.free_symbols for d in result.derivatives)) == {sympy.Symbol("p_J"), theta}
     states = [0.3, 0.4]
     symbolic = state_equations(slider_crank(lambda theta: -0.5 * np.sin(theta)).build()).numeric()
-    assert found.numeric()(0.0, states) == pytest.approx(symbolic(0.0, states), rel=1e-14)
+    assert result.numeric()(0.0, states) == pytest.approx(symbolic(0.0, states), rel=1e-14)
 
 
 def test_names_become_identifiers_and_stay_apart():
     b = Builder().one("theta", displacement="J").one("slider").on("theta", I("J", 2.0), Se("t", 1.0))
     graph = b.on("slider", I("2 m", 1.0)).transform("theta", "slider", 3.0).build()
-    found = agrees(graph)
-    assert {str(s) for s in found.values} == {"I_J", "Se_t", "x2_m", "theta_slider"}
+    result = agrees(graph)
+    assert {str(s) for s in result.values} == {"I_J", "Se_t", "x2_m", "theta_slider"}
 
 
 def test_text_and_latex_hold_every_equation():
-    found = state_equations(slider_crank(sympy.sin(theta), C("c", 1.0)).build())
-    assert found.text().count("/dt = ") == 3
-    assert found.latex().count("&=") == 3
+    result = state_equations(slider_crank(sympy.sin(theta), C("c", 1.0)).build())
+    assert result.text().count("/dt = ") == 3
+    assert result.latex().count("&=") == 3
 
 
 @pytest.mark.parametrize(
@@ -363,13 +363,13 @@ def test_a_massless_graph_has_no_equation_of_motion():
 def test_check_finds_what_is_left_over():
     from dataclasses import replace
 
-    found = state_equations(slider_crank().build())
-    stray = replace(found, derivatives=(sympy.Symbol("e_7"), *found.derivatives[1:]))
+    result = state_equations(slider_crank().build())
+    stray = replace(result, derivatives=(sympy.Symbol("e_7"), *result.derivatives[1:]))
     with pytest.raises(GraphError, match=r"e_7 is neither a state") as caught:
         stray.check()
     assert "R:B (bond 4) is in no equation" in str(caught.value)
     with pytest.raises(GraphError, match="found 1 equations for 2 states"):
-        replace(found, derivatives=found.derivatives[:1]).check()
+        replace(result, derivatives=result.derivatives[:1]).check()
 
 
 def gyrated(*on_the_other_side):
@@ -378,21 +378,21 @@ def gyrated(*on_the_other_side):
 
 
 def test_a_spring_and_damper_behind_a_gyrator():
-    found = agrees(gyrated(C("c", 0.5), R("B", 0.2)))
+    result = agrees(gyrated(C("c", 0.5), R("B", 0.2)))
     G, U, p, q, c, L = sympy.symbols("G U p_L q_c c L")
     flow = (G * p / L - q / c) / B
-    assert found.algebraic[0][0] == sympy.Symbol("f_b")
-    assert equal(found.algebraic[0][1], flow)
-    assert all(equal(x, y) for x, y in zip(found.derivatives, (U - G * flow, flow), strict=True))
+    assert result.algebraic[0][0] == sympy.Symbol("f_b")
+    assert equal(result.algebraic[0][1], flow)
+    assert all(equal(x, y) for x, y in zip(result.derivatives, (U - G * flow, flow), strict=True))
 
 
 def test_a_coil_follows_a_spring_through_a_gyrator():
     """f_L = q/(c G) and e_L = d(L f_L)/dt: the spring moves by q' (1 + L/(c G^2)) = U/G."""
-    found = agrees(gyrated(C("c", 0.5)))
+    result = agrees(gyrated(C("c", 0.5)))
     G, U, c, L, p = sympy.symbols("G U c L p_L")
-    assert found.states == (p,)
-    assert equal(found.derivatives[0], U * L / (L + c * G**2))
-    assert found.derivative_stores == ("C:c (bond 3) follows 1:a through GY:G",)
+    assert result.states == (p,)
+    assert equal(result.derivatives[0], U * L / (L + c * G**2))
+    assert result.derivative_stores == ("C:c (bond 3) follows 1:a through GY:G",)
 
 
 @pytest.mark.slow
@@ -421,8 +421,8 @@ def test_rates_solve_the_system_of_their_mass_matrix(size, seed):
     whole = rng.integers(-2, 3, (size, size))
     whole = whole @ whole.T + np.eye(size, dtype=int)
     force = rng.integers(-3, 4, size)
-    found = solve_symmetric([[sympy.Integer(v) for v in row[: i + 1]] for i, row in enumerate(whole)], force.tolist())
-    assert sympy.Matrix(whole.tolist()) * sympy.Matrix(found) == sympy.Matrix(force.tolist())
+    result = solve_symmetric([[sympy.Integer(v) for v in row[: i + 1]] for i, row in enumerate(whole)], force.tolist())
+    assert sympy.Matrix(whole.tolist()) * sympy.Matrix(result) == sympy.Matrix(force.tolist())
 
 
 def test_a_mass_matrix_without_inverse_is_an_error():
@@ -444,8 +444,8 @@ def test_flows_without_an_inertia_in_common_keep_their_own_determinant():
         for n in "12":
             b.one(side + n).on(side + n, I(f"J{side}{n}", 1.0), Se(f"M{side}{n}", 2.0))
         b.sum(f"{side}3", [(f"{side}1", 2.0), (f"{side}2", 3.0)], "").on(f"{side}3", I(f"m{side}", 0.5))
-    found = agrees(b.between("a3", "b3", C("c", 1.0)).build())
-    symbols = found.derivatives[0].free_symbols
+    result = agrees(b.between("a3", "b3", C("c", 1.0)).build())
+    symbols = result.derivatives[0].free_symbols
     assert sympy.Symbol("Ja2") in symbols
     assert sympy.Symbol("Jb1") not in symbols
 
@@ -458,8 +458,8 @@ def test_a_resistor_of_zero_is_listed():
 def test_springs_that_share_one_effort():
     b = Builder().one("mass").zero("z").on("mass", I("m", 2.0), Se("F", 1.0)).bond("mass", "z")
     graph = b.on("z", C("c1", 0.5), C("c2", 0.25)).build()
-    found = agrees(graph)
-    assert any("c2" in line and "move together" in line for line in found.derivative_stores)
+    result = agrees(graph)
+    assert any("c2" in line and "move together" in line for line in result.derivative_stores)
 
 
 def test_sources_and_resistors_that_act_on_nothing_are_listed():
@@ -467,17 +467,17 @@ def test_sources_and_resistors_that_act_on_nothing_are_listed():
     graph = (
         b.between("drive", "mass", C("c", 1.0)).one("idle").transform("mass", "idle", 0.0).on("idle", Se("F0", 1.0)).build()
     )
-    found = agrees(graph)
-    assert [line.split(" acts")[0] for line in found.inert] == ["Se:F (bond 2)", "R:B (bond 3)", "Se:F0 (bond 10)"]
-    assert "gain is zero" in found.inert[2]
-    assert "sources of flow alone" in found.inert[0]
+    result = agrees(graph)
+    assert [line.split(" acts")[0] for line in result.inert] == ["Se:F (bond 2)", "R:B (bond 3)", "Se:F0 (bond 10)"]
+    assert "gain is zero" in result.inert[2]
+    assert "sources of flow alone" in result.inert[0]
 
 
 def test_a_flow_source_that_nothing_feels():
     graph = Builder().one("a").on("a", Sf("v", 1.0), I("J", 1.0)).build()
-    found = state_equations(graph)
-    assert found.states == ()
-    assert found.inert == (
+    result = state_equations(graph)
+    assert result.states == ()
+    assert result.inert == (
         "Sf:v (bond 1) acts on nothing: no element feels the flow that it imposes",
         "I:J (bond 2) acts on nothing: sources of flow alone determine its flow",
     )
@@ -492,17 +492,17 @@ TURNS = sympy.sin(theta) * (1 + theta)
 def test_all_values_open():
     graph = generic(TURNS)
     assert set(graph.parameters) == set(NAMES.split())
-    found = generic_equation(TURNS)
-    assert equal(found.inertia, I1 + TURNS**2 * I2)
-    assert equal(found.slope, 2 * I2 * TURNS * TURNS.diff(theta))
-    assert equal(found.moment, Se1 + TURNS * Se2 - (B1 + TURNS**2 * B2) * w - q1 / C1 - TURNS * q2 / C2)
-    assert found.others == ((q1, w), (q2, w * TURNS))
+    result = generic_equation(TURNS)
+    assert equal(result.inertia, I1 + TURNS**2 * I2)
+    assert equal(result.slope, 2 * I2 * TURNS * TURNS.diff(theta))
+    assert equal(result.moment, Se1 + TURNS * Se2 - (B1 + TURNS**2 * B2) * w - q1 / C1 - TURNS * q2 / C2)
+    assert result.others == ((q1, w), (q2, w * TURNS))
 
 
 @pytest.mark.slow
 def test_it_is_the_other_sides_equation_where_the_ratio_does_not_vanish():
-    found = generic_equation(TURNS, opaque=True)
-    acceleration, ratio = found.acceleration, sympy.Function("T")(theta)
+    result = generic_equation(TURNS, opaque=True)
+    acceleration, ratio = result.acceleration, sympy.Function("T")(theta)
     f_B, rate_B = ratio * w, ratio * acceleration + ratio.diff(theta) * w**2
     passed = (Se1 - I1 * acceleration - B1 * w - q1 / C1) / ratio
     assert equal(rate_B, (Se2 - B2 * f_B - q2 / C2 + passed) / I2)
@@ -512,10 +512,10 @@ def test_it_is_the_other_sides_equation_where_the_ratio_does_not_vanish():
 
 def test_power_is_conserved():
     values = dict(zip(NAMES.split(), (3.0, 2.0, 0.3, 0.5, -4.0, 1.5, 0.7, 0.2), strict=True))
-    found = generic_equation(TURNS, **values)
-    at = {theta: 0.8, w: 1.3, q1: 0.1, q2: -0.2} | found.values
+    result = generic_equation(TURNS, **values)
+    at = {theta: 0.8, w: 1.3, q1: 0.1, q2: -0.2} | result.values
     at |= dict(zip((Se1, I1, B1, C1, Se2, I2, B2, C2), values.values(), strict=True))
-    f_A, a_A, ratio = 1.3, float(found.acceleration.subs(at)), float(TURNS.subs(at))
+    f_A, a_A, ratio = 1.3, float(result.acceleration.subs(at)), float(TURNS.subs(at))
     f_B, a_B = ratio * f_A, ratio * a_A + float(TURNS.diff(theta).subs(at)) * f_A**2
     into = 3.0 * f_A - 4.0 * f_B
     out = (2.0 * a_A + 0.3 * f_A + 0.1 / 0.5) * f_A + (1.5 * a_B + 0.7 * f_B - 0.2 / 0.2) * f_B
@@ -540,8 +540,8 @@ def test_quantities_of_the_ratio_are_parameters():
 
 
 def test_laws_of_elements_may_be_functions():
-    found = generic_equation(TURNS, without=("C1", "C2"), Se1=lambda t, M0: M0 * np.sin(t), B1=lambda f: f * abs(f))
-    assert equal(found.moment.subs({B2: 0, Se2: 0}), sympy.Symbol("M0") * sympy.sin(sympy.Symbol("t")) - w * sympy.Abs(w))
+    result = generic_equation(TURNS, without=("C1", "C2"), Se1=lambda t, M0: M0 * np.sin(t), B1=lambda f: f * abs(f))
+    assert equal(result.moment.subs({B2: 0, Se2: 0}), sympy.Symbol("M0") * sympy.sin(sympy.Symbol("t")) - w * sympy.Abs(w))
 
 
 @pytest.mark.parametrize("wrong", [{"I3": 1.0}, {"without": ("C3",)}])
@@ -560,13 +560,13 @@ def press(law=lambda theta, u, k: k * u * np.sin(theta)):
 
 def test_the_twin_has_the_graphs_structure_with_a_symbol_for_every_number():
     graph = press()
-    found = twin(graph)
-    assert found.graph.bonds == graph.bonds
-    assert {str(s): v for s, v in found.values.items()} == {"J": 3.0, "k": 2.0}
-    assert {name: str(s) for name, s in found.own.items()} == {"J": "J"}
-    assert {name: str(s) for name, s in found.places.items()} == {"t": "t", "theta": "theta", "u": "u"}
-    assert {name: str(s) for name, s in found.rates.items()} == {"u": "udot"}
-    assert str(found.finish(found.graph.constant("J"))) == "J"
+    result = twin(graph)
+    assert result.graph.bonds == graph.bonds
+    assert {str(s): v for s, v in result.values.items()} == {"J": 3.0, "k": 2.0}
+    assert {name: str(s) for name, s in result.own.items()} == {"J": "J"}
+    assert {name: str(s) for name, s in result.places.items()} == {"t": "t", "theta": "theta", "u": "u"}
+    assert {name: str(s) for name, s in result.rates.items()} == {"u": "udot"}
+    assert str(result.finish(result.graph.constant("J"))) == "J"
 
 
 def test_a_law_that_is_no_formula_is_named_with_its_bond():

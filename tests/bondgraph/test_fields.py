@@ -19,11 +19,11 @@ def coils(second, inductance=INDUCTANCE):
 def test_coupled_coils_are_kirchhoffs():
     """L i' = u - R i."""
     graph = coils(R("r2", 0.7))
-    found = linearize(graph, outputs=["f_a", "f_b"])
-    assert found.states == ("p_coils_1", "p_coils_2")
+    result = linearize(graph, outputs=["f_a", "f_b"])
+    assert result.states == ("p_coils_1", "p_coils_2")
     inverse = np.linalg.inv(INDUCTANCE)
-    assert_allclose(found.A, -np.diag([0.5, 0.7]) @ inverse, rtol=1e-15)
-    assert_allclose(found.C, inverse, rtol=1e-15)
+    assert_allclose(result.A, -np.diag([0.5, 0.7]) @ inverse, rtol=1e-15)
+    assert_allclose(result.C, inverse, rtol=1e-15)
     run = simulate(graph, 40.0)
     assert_allclose([run.flow("a", 40.0)[0], run.flow("b", 40.0)[0]], [10.0, 0.0], atol=1e-2)
     assert run.audit.energy < 1e-12
@@ -70,9 +70,11 @@ def test_ports_in_series_are_one_store():
 def test_an_inertia_beside_a_field_is_folded_in():
     """The mass of the second coil's circuit follows: (L + diag(0, 4)) i' = u - R i."""
     graph = coils(I("more", 4.0))
-    found = linearize(graph, at={}, outputs=["f_a", "f_b"])
+    result = linearize(graph, at={}, outputs=["f_a", "f_b"])
     matrix = INDUCTANCE + np.diag([0.0, 4.0])
-    assert_allclose(sorted(found.poles), sorted(np.linalg.eigvals(-np.linalg.inv(matrix) @ np.diag([0.5, 0.0]))), atol=1e-14)
+    assert_allclose(
+        sorted(result.poles), sorted(np.linalg.eigvals(-np.linalg.inv(matrix) @ np.diag([0.5, 0.0]))), atol=1e-14
+    )
 
 
 def test_entries_may_be_expressions_of_parameters():
@@ -86,10 +88,10 @@ def test_entries_may_be_expressions_of_parameters():
         .on("b", R("r2", 0.7))
     )
     graph = b.field(I("coils", sympy.Matrix([[L1, M], [M, L2]])), "a", "b").build()
-    found = state_equations(graph).derivatives
+    result = state_equations(graph).derivatives
     whole = L1 * L2 - M**2
-    assert sympy.simplify(found[0] - u + r1 * (L2 * p1 - M * p2) / whole) == 0
-    assert sympy.simplify(found[1] + r2 * (L1 * p2 - M * p1) / whole) == 0
+    assert sympy.simplify(result[0] - u + r1 * (L2 * p1 - M * p2) / whole) == 0
+    assert sympy.simplify(result[1] + r2 * (L1 * p2 - M * p1) / whole) == 0
     assert_allclose(linearize(graph.with_parameters(M=1.0)).A, linearize(coils(R("r2", 0.7))).A, rtol=1e-14)
 
 
@@ -121,9 +123,9 @@ def test_a_solenoid_has_a_momentum_and_a_displacement():
     assert graph.elements["sol_x"].kind == "C"
     p, x, d, k, m, p_m, q_k, r, u = sympy.symbols("p_sol_p q_sol_x d k m p_m q_k r u")
     expected = [-d * p_m / m - p**2 - q_k / k, p_m / m, -2.0 * p * r * (x + 1) + u, p_m / m]
-    found = state_equations(graph)
-    assert [str(s) for s in found.states] == ["p_m", "q_k", "p_sol_p", "q_sol_x"]
-    assert [sympy.expand(sympy.nsimplify(a - b)) for a, b in zip(found.derivatives, expected, strict=True)] == [0] * 4
+    result = state_equations(graph)
+    assert [str(s) for s in result.states] == ["p_m", "q_k", "p_sol_p", "q_sol_x"]
+    assert [sympy.expand(sympy.nsimplify(a - b)) for a, b in zip(result.derivatives, expected, strict=True)] == [0] * 4
     run = simulate(graph, 3.0)
     assert run.audit.energy < 1e-9
     magnetic = (

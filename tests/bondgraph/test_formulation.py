@@ -139,8 +139,8 @@ def test_a_resistor_is_given_either_way_round():
     flow = 1e-3 * np.sqrt(1.5 / 2e-4 - 0.6 / 3e-4)
     for graph in (explicit, implicit):
         assert_allclose(Dynamics(graph).rates(0.0, *q), [0.1 - flow, flow], rtol=1e-12)
-    found = state_equations(explicit)
-    assert_allclose(found.numeric()(0.0, q), [0.1 - flow, flow], rtol=1e-14)
+    result = state_equations(explicit)
+    assert_allclose(result.numeric()(0.0, q), [0.1 - flow, flow], rtol=1e-14)
     with pytest.raises(GraphError, match=r"R:orifice \(bond 6\): .* no formula gives its flow; give the law as f"):
         state_equations(implicit)
     runs = [simulate(graph, 3.0, initial={"A": 1.5, "B": 0.6}, rtol=1e-9) for graph in (explicit, implicit)]
@@ -181,10 +181,10 @@ def test_an_inertia_may_have_a_curve_of_its_own():
 
 def test_expressions_are_as_short_as_a_person_leaves_them():
     b = Builder().zero("a").one("x").one("y").zero("b").bond("a", "x").bond("y", "b").gyrate("x", "y", 2.0, name="G")
-    found = state_equations(b.on("a", C("c1", 1.0), R("r1", 1.0)).on("b", C("c2", 1.0), R("r2", 1.0)).build())
-    assert [sympy.count_ops(rate) for rate in found.derivatives] == [6, 5]
+    result = state_equations(b.on("a", C("c1", 1.0), R("r1", 1.0)).on("b", C("c2", 1.0), R("r2", 1.0)).build())
+    assert [sympy.count_ops(rate) for rate in result.derivatives] == [6, 5]
     G, c1, c2, r1, q1, q2 = sympy.symbols("G c1 c2 r1 q_c1 q_c2")
-    assert found.derivatives[0] == -q1 / (c1 * r1) - q2 / (G * c2)
+    assert result.derivatives[0] == -q1 / (c1 * r1) - q2 / (G * c2)
 
 
 @pytest.mark.parametrize(("ratio", "leak"), [(1e6, 0.1), (1e-6, 1e20)])
@@ -312,11 +312,11 @@ def ladder(rungs):
 @pytest.mark.parametrize(("rungs", "most"), [(1, 15), (2, 45), pytest.param(3, 150, marks=pytest.mark.slow)])
 def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
     """Of equal resistors, Thevenin's source and resistance by halving step by step."""
-    found = state_equations(ladder(rungs), values=True)
+    result = state_equations(ladder(rungs), values=True)
     source, resistance = sympy.Integer(1), sympy.Integer(1)
     for _ in range(rungs):
         source, resistance = source / (1 + resistance), resistance / (1 + resistance) + 1
-    assert sympy.simplify(found.derivatives[0] - (source - sympy.Symbol("q_c")) / resistance) == 0
+    assert sympy.simplify(result.derivatives[0] - (source - sympy.Symbol("q_c")) / resistance) == 0
     assert sympy.count_ops(state_equations(ladder(rungs)).derivatives[0]) <= most
 
 
@@ -324,17 +324,17 @@ def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
 def test_a_long_ladder_takes_a_few_steps_a_rung(rungs):
     """Of equal resistors, Thevenin's source and resistance by halving step by step."""
     graph = ladder(rungs)
-    found = state_equations(graph)
+    result = state_equations(graph)
     source, resistance = sympy.Integer(1), sympy.Integer(1)
     for _ in range(rungs):
         source, resistance = source / (1 + resistance), resistance / (1 + resistance) + 1
     expected = [float((source - sympy.Rational(7, 10)) / resistance)]
-    assert_allclose(found.numeric()(0.0, [0.7]), expected, rtol=1e-13)
-    shared, (rate,) = found.sequence()
+    assert_allclose(result.numeric()(0.0, [0.7]), expected, rtol=1e-13)
+    shared, (rate,) = result.sequence()
     assert sum(map(sympy.count_ops, [rate, *(e for _, e in shared)])) <= 16 * rungs
     for symbol, value in reversed(shared):
         rate = rate.xreplace({symbol: value})
-    assert_allclose(float(rate.subs(found.values).subs({"q_c": 0.7})), expected[0], rtol=1e-13)
+    assert_allclose(float(rate.subs(result.values).subs({"q_c": 0.7})), expected[0], rtol=1e-13)
 
 
 def test_an_initial_value_is_told_what_is_meant():
@@ -411,11 +411,11 @@ def test_a_straight_line_that_follows_is_turned_round_and_a_curve_is_refused_in_
 def test_a_loop_with_several_solutions_says_which_one_is_kept():
     """f^3 - 3 f = 1 at 2 cos 20, -2 cos 40 and -2 cos 80 degrees."""
     b = Builder().one("a").on("a", Se("u", 1.0), R("r", lambda f: f**3 - 3.0 * f))
-    found = simulate(b.build(), 1.0)
-    (line,) = found.messages
+    result = simulate(b.build(), 1.0)
+    (line,) = result.messages
     first = "R:r (bond 2): the flow of R:r has several solutions, -1.53209, -0.347296, 1.87939, sought from 0.001, -0.001"
     assert line.startswith(first)
-    assert line.endswith(f"the motion begins with {found.flow('a')[0]:.6g}")
+    assert line.endswith(f"the motion begins with {result.flow('a')[0]:.6g}")
 
 
 @pytest.mark.slow
@@ -481,16 +481,16 @@ def test_a_run_and_its_audit_are_told_in_a_few_lines():
 
 
 def test_what_long_equations_share_is_written_once():
-    found = state_equations(ladder(2))
-    shared, rates = found.sequence()
+    result = state_equations(ladder(2))
+    shared, rates = result.sequence()
     expression = rates[0]
     for symbol, value in reversed(shared):
         expression = expression.xreplace({symbol: value})
-    assert sympy.simplify(expression - found.derivatives[0]) == 0
-    lines = found.text(sequential=True).splitlines()
+    assert sympy.simplify(expression - result.derivatives[0]) == 0
+    lines = result.text(sequential=True).splitlines()
     assert lines[0].startswith("z1 = ")
     assert lines[len(shared)].startswith("dq_c/dt = ")
-    assert sum(sympy.count_ops(e) for _, e in shared) + sympy.count_ops(rates[0]) < sympy.count_ops(found.derivatives[0])
+    assert sum(sympy.count_ops(e) for _, e in shared) + sympy.count_ops(rates[0]) < sympy.count_ops(result.derivatives[0])
 
 
 def test_a_chain_of_fifty_masses_has_its_equations_term_by_term():
@@ -499,10 +499,10 @@ def test_a_chain_of_fifty_masses_has_its_equations_term_by_term():
         b.one(f"v{k}").on(f"v{k}", I(f"m{k}", 1.0 + k), R(f"r{k}", 0.1))
         if k:
             b.between(f"v{k - 1}", f"v{k}", C(f"c{k}", 0.5))
-    found = state_equations(b.build())
-    assert len(found.states) == 99
+    result = state_equations(b.build())
+    assert len(result.states) == 99
     p, q, m, c, r = (sympy.Symbol(name) for name in ("p_m0", "q_c1", "m0", "c1", "r0"))
-    assert found.derivatives[0] == -p * r / m - q / c
+    assert result.derivatives[0] == -p * r / m - q / c
 
 
 def test_heat_flows_through_pseudo_bonds_outside_the_audit():

@@ -142,13 +142,13 @@ def test_a_plan_goes_as_far_as_it_can_without_dividing_by_a_modulus():
     graph = geared()
     law = graph.with_law("T", lambda t: 1 + t).elements["T"].law
     waiting = [Relation("T", ((1, 1.0, 1.0), (0, law, -1.0)))]
-    known = {1}
-    assert plan(waiting, known) == []
+    reference = {1}
+    assert plan(waiting, reference) == []
     assert len(waiting) == 1
-    known = {0}
-    assert plan(waiting, known) == [Scale(0, 1, law)]
+    reference = {0}
+    assert plan(waiting, reference) == [Scale(0, 1, law)]
     assert waiting == []
-    assert known == {0, 1}
+    assert reference == {0, 1}
 
 
 def test_sums_and_constant_ratios_are_turned_round():
@@ -668,16 +668,16 @@ def test_what_is_sound_has_no_faults():
 def test_faults_of_every_sort_come_at_once():
     b = shaft().on("a", C("c"), R("r", lambda y: y), Sf("v", 1.0), Sf("w", 1.0)).displacement("z", "J").signal("x")
     b.one("b", "rotational").on("b", I("m", math.nan))
-    found = "\n".join(faults(b))
+    result = "\n".join(faults(b))
     for part in ("not connected", "'z'", "'x' is declared twice", "C:c", "'y'", "I:m", "'rotational'", "both set the flow"):
-        assert part in found
+        assert part in result
 
 
 @pytest.mark.parametrize("use", [simulate, table, causality, draw, simplify, as_data, Dynamics, Reduction])
 def test_a_builder_in_place_of_a_graph_is_told_to_build(use):
-    given = Builder().one("a").on("a", I("J", 1.0))
+    inputs = Builder().one("a").on("a", I("J", 1.0))
     with pytest.raises(GraphError, match=r"found a Builder, expected a BondGraph; call its build\(\) first"):
-        use(given, 1.0) if use in (simulate, Reduction) else use(given)
+        use(inputs, 1.0) if use in (simulate, Reduction) else use(inputs)
 
 
 @pytest.mark.parametrize("wrong", ["I", None, [I("J", 1.0)], 3.0])
@@ -694,8 +694,8 @@ def words(**changes):
     motor = Builder().one("coil", "electric").on("coil", I("L", 0.01)).one("shaft", "rotation").on("shaft", I("J", 0.2))
     motor.gyrate("coil", "shaft", 0.3, name="k")
     fan = Builder().one("hub", "rotation", displacement="phi").on("hub", R("air", lambda f: 0.01 * f * abs(f)))
-    known = {"supply": supply, "DC motor": motor.part("shaft", electric="coil"), "fan": fan.part("hub")} | changes
-    return WordGraph(known, [("supply.out", "DC motor.electric"), ("DC motor.shaft", "fan.hub")])
+    reference = {"supply": supply, "DC motor": motor.part("shaft", electric="coil"), "fan": fan.part("hub")} | changes
+    return WordGraph(reference, [("supply.out", "DC motor.electric"), ("DC motor.shaft", "fan.hub")])
 
 
 def test_words_expand_to_the_graph_that_is_written_by_hand():

@@ -143,9 +143,9 @@ def state_matrix(graph):
     return np.array(columns).reshape(size, size).T
 
 
-def matched(found, expected):
+def matched(result, expected):
     """The greatest distance of expected numbers to found ones, each used once, and the found ones left."""
-    left, worst = list(found), 0.0
+    left, worst = list(result), 0.0
     for value in expected:
         place = int(np.argmin([abs(other - value) for other in left])) if left else None
         if place is None:
@@ -216,20 +216,20 @@ def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_to
 
 def test_structure_alone_tells_what_is_out_of_reach():
     """Of random graphs with numbers in no relation: just where the ranks of [B, AB, ...] and [C; CA; ...] tell it."""
-    told = {True: 0, False: 0}
+    text = {True: 0, False: 0}
     for seed in range(25):
         try:
             graph = random_graph(seed)
-            found = linearize(graph, at={})
+            result = linearize(graph, at={})
         except GraphError:
             continue
-        if found.states and found.inputs:
-            shown = linearize(graph, at={}, outputs=found.states[:1]).unobservable()
-            structure = reach(graph, outputs=found.states[:1])
-            assert bool(structure.unreachable) == bool(found.unreachable()), seed
-            assert bool(structure.unobservable) == bool(shown), seed
-            told[bool(shown)] += 1
-    assert min(told.values()) > 1
+        if result.states and result.inputs:
+            output = linearize(graph, at={}, outputs=result.states[:1]).unobservable()
+            structure = reach(graph, outputs=result.states[:1])
+            assert bool(structure.unreachable) == bool(result.unreachable()), seed
+            assert bool(structure.unobservable) == bool(output), seed
+            text[bool(output)] += 1
+    assert min(text.values()) > 1
 
 
 def test_an_owner_of_a_displacement_without_inertia_is_no_state():
@@ -337,9 +337,9 @@ def inputs(recorder, count):
     return [recorder.input(f"x{k}") for k in range(count)]
 
 
-def recorded(given, count):
+def recorded(source, count):
     recorder = Recorder()
-    return recorder.program(given(*inputs(recorder, count))).function("math")
+    return recorder.program(source(*inputs(recorder, count))).function("math")
 
 
 def test_arithmetic_and_functions_are_taken_down():
@@ -392,7 +392,7 @@ def test_slopes_with_respect_to_each_of_several_arguments_are_recorded():
     recorder = Recorder()
     x, y = inputs(recorder, 2)
     value, slopes = law.partials(x, y)
-    assert not any(isinstance(found, Dual) for found in (value, *slopes))
+    assert not any(isinstance(result, Dual) for result in (value, *slopes))
     expected, exact = law.partials(0.7, 1.3)
     assert_allclose(recorder.program([value, *slopes]).function("math")(0.7, 1.3), [expected, *exact], rtol=1e-13)
 
@@ -442,8 +442,8 @@ def test_arrays_symbols_and_recordings_give_what_floats_give(size):
     assert_allclose(solved(*matrices[0].ravel().tolist()), each[0] * 2, rtol=1e-12)
     symbols = [[sympy.Symbol(f"a{i}{j}") for j in range(size)] for i in range(size)]
     at = {symbols[i][j]: matrices[0][i, j] for i in range(size) for j in range(size)}
-    found = [float(row[0].subs(at)) for row in solve(symbols, [[sympy.Float(r)] for r in right])]
-    assert_allclose(found, each[0], rtol=1e-9)
+    result = [float(row[0].subs(at)) for row in solve(symbols, [[sympy.Float(r)] for r in right])]
+    assert_allclose(result, each[0], rtol=1e-9)
 
 
 @pytest.mark.parametrize("matrix", [[[0.0]], [[1.0, 2.0], [2.0, 4.0]]])
@@ -462,8 +462,8 @@ def test_a_mass_matrix_that_is_not_positive_is_an_error():
 
 def test_newton_settles_each_of_many_states():
     efforts = np.array([4.0, -9.0, 1e-8, 0.0])
-    (found,) = settle(lambda u: ([u[0] * abs(u[0]) - efforts], [[2.0 * abs(u[0])]]), 1, (4,), "pipe")
-    assert_allclose(found, np.sign(efforts) * np.sqrt(np.abs(efforts)), rtol=1e-10, atol=1e-15)
+    (result,) = settle(lambda u: ([u[0] * abs(u[0]) - efforts], [[2.0 * abs(u[0])]]), 1, (4,), "pipe")
+    assert_allclose(result, np.sign(efforts) * np.sqrt(np.abs(efforts)), rtol=1e-10, atol=1e-15)
     pair = settle(
         lambda u: ([u[0] + u[1] - 3.0, u[0] * u[1] ** 2 - 2.0], [[1.0, 1.0], [u[1] ** 2, 2 * u[0] * u[1]]]), 2, (), ""
     )
@@ -532,12 +532,12 @@ def test_a_motion_is_as_good_as_asked_and_told_alike_in_every_way(order):
         steps.append(runner.step())
     times = np.linspace(0.0, 10.0, 101)
     owners = np.clip(np.searchsorted([step.t + step.h for step in steps], times), 0, len(steps) - 1)
-    found = at(steps, owners, times)
-    assert abs(found - truth(times)).max() < 100 * tolerance
+    result = at(steps, owners, times)
+    assert abs(result - truth(times)).max() < 100 * tolerance
     one_by_one = np.array([steps[owner](t) for owner, t in zip(owners, times, strict=True)]).T
     plain = np.array([steps[owner].one(2)(t) for owner, t in zip(owners, times, strict=True)])
-    assert abs(one_by_one - found).max() < 1e-14
-    assert abs(plain - found[2]).max() < 1e-13
+    assert abs(one_by_one - result).max() < 1e-14
+    assert abs(plain - result[2]).max() < 1e-13
     kept = pickle.loads(pickle.dumps(steps[-1]))
     assert np.array_equal(kept(9.99), steps[-1](9.99))
 
@@ -808,8 +808,8 @@ def test_floats_arrays_and_recordings_give_the_same_rates(make):
         assert_allclose(dynamics.rates(time, *values), alone.rates, rtol=1e-12, atol=1e-12)
         bonds = [b.number for b in graph.bonds]
         for many, one in ((together.flows, alone.flows), (together.efforts, alone.efforts)):
-            found = [np.broadcast_to(many[number], times.shape)[k] for number in bonds]
-            assert_allclose(found, [one[number] for number in bonds], rtol=1e-12, atol=1e-12)
+            result = [np.broadcast_to(many[number], times.shape)[k] for number in bonds]
+            assert_allclose(result, [one[number] for number in bonds], rtol=1e-12, atol=1e-12)
         assert_allclose([np.broadcast_to(v, times.shape)[k] for v in together.rates], alone.rates, rtol=1e-12, atol=1e-12)
 
 

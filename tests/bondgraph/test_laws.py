@@ -32,15 +32,15 @@ PAIRS = [
 
 @pytest.mark.parametrize(("written", "expression"), PAIRS)
 def test_an_expression_and_a_python_function_agree(written, expression):
-    given, formula = function(written), function(expression)
-    assert given.of == formula.of
+    inputs, formula = function(written), function(expression)
+    assert inputs.of == formula.of
     for at in (0.3, -1.2), (2.0, 0.7):
-        at = at[: len(given.of)]
-        assert given(*at) == pytest.approx(formula(*at), rel=1e-15)
-        assert given.partials(*at)[1] == pytest.approx(formula.partials(*at)[1], rel=1e-14)
+        at = at[: len(inputs.of)]
+        assert inputs(*at) == pytest.approx(formula(*at), rel=1e-15)
+        assert inputs.partials(*at)[1] == pytest.approx(formula.partials(*at)[1], rel=1e-14)
         shaped = [np.full((2, 2), v) for v in at]
-        assert np.shape(given(*shaped)) == np.shape(formula(*shaped)) == (2, 2)
-        assert np.allclose(given.partials(*shaped)[1], formula.partials(*shaped)[1], rtol=1e-14)
+        assert np.shape(inputs(*shaped)) == np.shape(formula(*shaped)) == (2, 2)
+        assert np.allclose(inputs.partials(*shaped)[1], formula.partials(*shaped)[1], rtol=1e-14)
 
 
 @pytest.mark.parametrize(("written", "expression"), PAIRS)
@@ -88,8 +88,8 @@ def test_a_function_of_nothing_is_a_constant():
 
 
 def test_renaming_changes_what_it_is_of_and_nothing_else():
-    for given in (lambda x, y: x - 2 * y, x - 2 * y):
-        law = function(given).renamed({"x": "rod.x", "z": "no matter"})
+    for inputs in (lambda x, y: x - 2 * y, x - 2 * y):
+        law = function(inputs).renamed({"x": "rod.x", "z": "no matter"})
         assert law.of == ("rod.x", "y")
         assert law(1.0, 3.0) == -5.0
         assert law.symbolic() == sympy.Symbol("rod.x") - 2 * y
@@ -103,8 +103,8 @@ def test_parameters_with_a_default_value_stay_out():
 
 
 def test_arrays_of_several_shapes_broadcast():
-    for given in (lambda x, y: x * y**2, x * y**2):
-        value, slopes = function(given).partials(np.array([[1.0], [2.0]]), np.array([1.0, 2.0, 3.0]))
+    for inputs in (lambda x, y: x * y**2, x * y**2):
+        value, slopes = function(inputs).partials(np.array([[1.0], [2.0]]), np.array([1.0, 2.0, 3.0]))
         assert value.tolist() == [[1, 4, 9], [2, 8, 18]]
         assert np.broadcast_shapes(*(np.shape(slope) for slope in slopes)) == (2, 3)
 
@@ -205,9 +205,9 @@ def slope_by_mpmath(name, at, k):
 def test_partials_of_numpys_functions_agree_with_mpmath(name):
     at = points(name)
     for k in range(len(at)):
-        found = getattr(np, name)(*(Dual(v, float(j == k)) for j, v in enumerate(at)))
-        assert found.value == pytest.approx(float(peer(name)(*at)), rel=1e-15)
-        assert found.slope == pytest.approx(slope_by_mpmath(name, at, k), rel=1e-14, abs=1e-14)
+        result = getattr(np, name)(*(Dual(v, float(j == k)) for j, v in enumerate(at)))
+        assert result.value == pytest.approx(float(peer(name)(*at)), rel=1e-15)
+        assert result.slope == pytest.approx(slope_by_mpmath(name, at, k), rel=1e-14, abs=1e-14)
 
 
 @pytest.mark.parametrize("name", _PARTIALS)
@@ -225,8 +225,8 @@ def test_partials_over_arrays_are_those_at_each_point(name):
 @pytest.mark.parametrize("name", ["sin", "cos", "exp", "sqrt", "square", "tanh", "log", "multiply", "divide"])
 def test_a_complex_step_finds_the_same_slope(name):
     at = tuple(abs(v) for v in points(name))
-    found = getattr(np, name)(*(Dual(v, float(k == 0)) for k, v in enumerate(at)))
-    assert found.slope == pytest.approx(getattr(np, name)(at[0] + 1e-30j, *at[1:]).imag / 1e-30, rel=1e-14)
+    result = getattr(np, name)(*(Dual(v, float(k == 0)) for k, v in enumerate(at)))
+    assert result.slope == pytest.approx(getattr(np, name)(at[0] + 1e-30j, *at[1:]).imag / 1e-30, rel=1e-14)
 
 
 @hypothesis.given(st.floats(-3, 3), st.floats(-3, 3))
@@ -391,9 +391,9 @@ def test_arrays_of_recorded_numbers():
     middles = 0.5 * (edges[1:] + edges[:-1])
     assert np.searchsorted(edges, a + 0.1) == 3
     program = recorder.program([*middles, *(a * np.arange(2.0)), *NAMESPACE.sin(edges)])
-    found = program.function("math")(2.0, 1.0)
-    assert found[:5] == (0.5, 1.5, 2.5, 0.0, 2.0)
-    assert found[5:] == (0.0, math.sin(1.0), math.sin(2.0), math.sin(3.0))
+    result = program.function("math")(2.0, 1.0)
+    assert result[:5] == (0.5, 1.5, 2.5, 0.0, 2.0)
+    assert result[5:] == (0.0, math.sin(1.0), math.sin(2.0), math.sin(3.0))
 
 
 @pytest.mark.parametrize(
@@ -449,8 +449,8 @@ def test_systems_are_solved_whatever_pivots_vanish():
         for hidden in ((), (0, 0), (1, 1), (2, 2)):
             if hidden:
                 table[hidden] = 1e-14 * table[hidden]
-            found = program.function("math")(*table.ravel().tolist())
-            assert np.abs(table[:, :3] @ found - table[:, 3]).max() < 1e-12 * (1.0 + np.abs(found).max())
+            result = program.function("math")(*table.ravel().tolist())
+            assert np.abs(table[:, :3] @ result - table[:, 3]).max() < 1e-12 * (1.0 + np.abs(result).max())
 
 
 def test_what_chooses_between_values_is_called_where_it_may_not_be_defined():
@@ -459,8 +459,8 @@ def test_what_chooses_between_values_is_called_where_it_may_not_be_defined():
 
     def law(x):
         with np.errstate(invalid="ignore"):
-            found = np.where(x > 0.0, np.sqrt(x) * np.sqrt(x), 0.0)
-        return float(found) if isinstance(x, float) else found
+            result = np.where(x > 0.0, np.sqrt(x) * np.sqrt(x), 0.0)
+        return float(result) if isinstance(x, float) else result
 
     for _ in range(2):
         compiled = recorder.program([recorder.through(law, [x]), x]).function("math")
@@ -472,9 +472,9 @@ def test_machine_code_gives_the_same():
     extra("numba")
     program = recorded()[1]
     designs = np.array([[0.2], [0.7]])
-    found = program.function("numba")(X, designs)
-    assert np.abs(found[0] - formula(X, designs, np)).max() < 1e-14
-    assert found[1].shape == (2, 9)
+    result = program.function("numba")(X, designs)
+    assert np.abs(result[0] - formula(X, designs, np)).max() < 1e-14
+    assert result[1].shape == (2, 9)
 
 
 @pytest.mark.parametrize("of_both", [np.maximum, np.minimum])

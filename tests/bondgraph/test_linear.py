@@ -18,30 +18,30 @@ def motor():
 
 
 def test_a_dc_motor_is_its_textbook_transfer_function():
-    found = linearize(motor(), at={}, outputs=["f_rotor", "f_coil", "phi"])
-    assert (found.states, found.inputs) == (("p_L", "p_J", "phi"), ("U", "load"))
-    assert_allclose(found.A, [[-20.0, -25.0, 0.0], [5.0, -0.5, 0.0], [0.0, 50.0, 0.0]], rtol=1e-14)
-    assert_allclose(found.B, [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    result = linearize(motor(), at={}, outputs=["f_rotor", "f_coil", "phi"])
+    assert (result.states, result.inputs) == (("p_L", "p_J", "phi"), ("U", "load"))
+    assert_allclose(result.A, [[-20.0, -25.0, 0.0], [5.0, -0.5, 0.0], [0.0, 50.0, 0.0]], rtol=1e-14)
+    assert_allclose(result.B, [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     s = 1j * np.array([0.3, 4.0, 90.0])
     under = (0.1 * s + 2.0) * (0.02 * s + 0.01) + 0.25
-    assert_allclose(found.response("U", "f_rotor", s.imag), 0.5 / under, rtol=1e-12)
-    assert_allclose(found.response("load", "f_rotor", s.imag), (0.1 * s + 2.0) / under, rtol=1e-12)
-    over, below = found.transfer("U", "f_coil")
+    assert_allclose(result.response("U", "f_rotor", s.imag), 0.5 / under, rtol=1e-12)
+    assert_allclose(result.response("load", "f_rotor", s.imag), (0.1 * s + 2.0) / under, rtol=1e-12)
+    over, below = result.transfer("U", "f_coil")
     assert_allclose(np.polyval(over, s) / np.polyval(below, s), (0.02 * s + 0.01) / under, rtol=1e-10)
-    decibels, degrees = found.bode("U", "f_rotor", s.imag)
+    decibels, degrees = result.bode("U", "f_rotor", s.imag)
     assert_allclose(decibels, 20 * np.log10(np.abs(0.5 / under)), rtol=1e-12)
     assert_allclose(degrees, np.degrees(np.angle(0.5 / under)), rtol=1e-12)
-    assert_allclose(np.sort(found.zeros("load", "f_rotor").real), [-20.0, 0.0], atol=1e-9)  # the pole of phi cancels
+    assert_allclose(np.sort(result.zeros("load", "f_rotor").real), [-20.0, 0.0], atol=1e-9)  # the pole of phi cancels
 
 
 def test_modes_of_two_masses_have_their_frequencies_damping_and_shapes():
     b = Builder()
     for n in "12":
         b.one(n).on(n, I(f"m{n}", 2.0), C(f"k{n}", stiffness=8.0))
-    found = linearize(b.between("1", "2", C("k", stiffness=10.0)).build(), at={})
-    swinging = [mode.frequency for mode in found.modes if mode.frequency > 1e-6]
+    result = linearize(b.between("1", "2", C("k", stiffness=10.0)).build(), at={})
+    swinging = [mode.frequency for mode in result.modes if mode.frequency > 1e-6]
     assert_allclose(swinging, [2.0, 2.0, 14.0**0.5, 14.0**0.5], rtol=1e-12)
-    together, against = found.modes[-4], found.modes[-1]
+    together, against = result.modes[-4], result.modes[-1]
     assert abs(together.damping) < 1e-12
     assert_allclose(together.shape["p_m1"] / together.shape["p_m2"], 1.0, atol=1e-9)
     assert_allclose(against.shape["p_m1"] / against.shape["p_m2"], -1.0, atol=1e-9)
@@ -54,20 +54,20 @@ def curved():
 
 def test_slopes_at_a_state_are_those_of_differences():
     at, step = {"p_M": 1.2, "q_k": 0.7, "x": 0.1}, 1e-6
-    found, rates = linearize(curved(), at=at, signals={"u": 0.4}), Dynamics(curved(), {"u": 0.4}).rates
+    result, rates = linearize(curved(), at=at, signals={"u": 0.4}), Dynamics(curved(), {"u": 0.4}).rates
     for k in range(3):
         ahead, behind = (rates(0.0, *(np.array(list(at.values())) + side * step * np.eye(3)[k])) for side in (1, -1))
-        assert_allclose(found.A[:, k], (np.array(ahead) - behind) / (2 * step), atol=1e-8)
-    assert found.inputs == ("g", "u")
-    assert_allclose(found.B, [[1.0, 3.0], [0.0, 0.0], [0.0, 0.0]])
+        assert_allclose(result.A[:, k], (np.array(ahead) - behind) / (2 * step), atol=1e-8)
+    assert result.inputs == ("g", "u")
+    assert_allclose(result.B, [[1.0, 3.0], [0.0, 0.0], [0.0, 0.0]])
 
 
 def test_an_equilibrium_balances_all_rates():
-    found = equilibrium(curved(), signals={"u": 3.0})
-    assert_allclose(found["q_k"] + found["q_k"] ** 3, 10.0, rtol=1e-10)
-    assert found["p_M"] == 0.0
-    assert_allclose(found["x"], found["q_k"], rtol=1e-12)
-    assert linearize(curved(), signals={"u": 3.0}).at == found
+    result = equilibrium(curved(), signals={"u": 3.0})
+    assert_allclose(result["q_k"] + result["q_k"] ** 3, 10.0, rtol=1e-10)
+    assert result["p_M"] == 0.0
+    assert_allclose(result["x"], result["q_k"], rtol=1e-12)
+    assert linearize(curved(), signals={"u": 3.0}).at == result
 
 
 def test_what_no_motion_changes_is_that_of_the_start_in_an_equilibrium():
@@ -76,10 +76,10 @@ def test_what_no_motion_changes_is_that_of_the_start_in_an_equilibrium():
     b.on("pipe", R("orifice", lambda f: 3.0 * f * abs(f))).bond("a", "pipe").bond("pipe", "b")
     assert_allclose(list(equilibrium(b.build(), near={"q_A": 5.0}).values()), [2.0, 3.0], rtol=1e-9)
     valve = run_path(str(Path(__file__).parents[2] / "examples" / "bond_graphs" / "torque_motor.py"))
-    found = equilibrium(valve["valve"]().expand())
-    assert_allclose((found["spool.x"], found["q_spool.forces"]), valve["at_rest"](), rtol=1e-12)
-    angle = found["armature.theta"]
-    assert_allclose(found["q_feedback spring.k"], valve["BALL"] * angle - found["spool.x"], rtol=1e-12)
+    result = equilibrium(valve["valve"]().expand())
+    assert_allclose((result["spool.x"], result["q_spool.forces"]), valve["at_rest"](), rtol=1e-12)
+    angle = result["armature.theta"]
+    assert_allclose(result["q_feedback spring.k"], valve["BALL"] * angle - result["spool.x"], rtol=1e-12)
 
 
 def test_what_has_no_equilibrium_says_what_goes_on():
@@ -87,8 +87,8 @@ def test_what_has_no_equilibrium_says_what_goes_on():
     with pytest.raises(GraphError, match=r"no equilibrium was found: p_M goes on changing, at a rate of 3"):
         equilibrium(falling)
     b = Builder().one("a").one("b").on("a", R("ra", 1.0)).on("b", R("rb", 1.0)).zero("z").bond("a", "z").bond("b", "z")
-    held = b.on("z", I("L", 1.0)).one("m", displacement="x").bond("z", "m").on("m", I("M", 1.0), C("k", 1.0)).build()
-    assert set(equilibrium(held).values()) == {0.0}
+    state = b.on("z", I("L", 1.0)).one("m", displacement="x").bond("z", "m").on("m", I("M", 1.0), C("k", 1.0)).build()
+    assert set(equilibrium(state).values()) == {0.0}
 
 
 def test_states_out_of_reach_are_named():
@@ -98,63 +98,63 @@ def test_states_out_of_reach_are_named():
     b.bond("drive", "push").on("push", C("c", 1.0))
     for side in "ab":
         b.bond("push", side)
-    found = linearize(b.build(), at={})
-    assert set(found.unreachable()) == {"p_m1", "p_m2", "q_k1", "q_k2"}
+    result = linearize(b.build(), at={})
+    assert set(result.unreachable()) == {"p_m1", "p_m2", "q_k1", "q_k2"}
     assert linearize(motor(), at={}).unreachable() == ()
     assert linearize(motor(), at={}, outputs=["f_rotor"]).unobservable() == ("phi",)
     assert linearize(motor(), at={}, outputs=["phi"]).unobservable() == ()
 
 
 def test_the_same_in_scipy():
-    found = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
-    same = found.to_scipy()
-    for ours, theirs in ((found.A, same.A), (found.B, same.B), (found.C, same.C), (found.D, same.D)):
+    result = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
+    same = result.to_scipy()
+    for ours, theirs in ((result.A, same.A), (result.B, same.B), (result.C, same.C), (result.D, same.D)):
         assert_allclose(ours, theirs)
 
 
 def test_wrong_requests_are_told_what_there_is():
     varying = Builder().one("m").on("m", I("M", 2.0), R("d", lambda f: abs(f)), Se("F", lambda t: t)).build()
-    for given, match in (
+    for inputs, match in (
         ({"at": {"p_L": 1.0}}, r"at 'p_L': no such state; they are p_M"),
         ({"inputs": ["F"]}, r"input 'F': MSe:F \(bond 3\) has a law of its own; give it as a number or a signal"),
         ({"outputs": ["f_zz"]}, r"output 'f_zz': expected a state \(p_M\), f_NAME or e_NAME"),
         ({}, r"linearize: R:d \(bond 2\) has a kink at p_M = 0, with another slope to either side"),
     ):
         with pytest.raises(GraphError, match=match):
-            linearize(varying, **({"at": {}} | given))
+            linearize(varying, **({"at": {}} | inputs))
 
 
 def test_the_same_in_python_control():
     extra("control")
-    found = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"]).to_control()
+    result = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"]).to_control()
     ours = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
-    assert found.input_labels == ["U"]
-    assert found.output_labels == ["f_rotor"]
-    assert found.state_labels == list(ours.states)
-    assert_allclose(found(3.0j), ours.response("U", "f_rotor", 3.0)[0], rtol=1e-12)
+    assert result.input_labels == ["U"]
+    assert result.output_labels == ["f_rotor"]
+    assert result.state_labels == list(ours.states)
+    assert_allclose(result(3.0j), ours.response("U", "f_rotor", 3.0)[0], rtol=1e-12)
 
 
 def test_a_bode_diagram_is_drawn_and_saved(tmp_path):
-    found = linearize(motor(), at={}, outputs=["f_rotor"])
+    result = linearize(motor(), at={}, outputs=["f_rotor"])
     omega = np.logspace(-1, 3, 50)
-    figure = found.draw_bode("U", "f_rotor", omega, tmp_path / "bode.svg")
+    figure = result.draw_bode("U", "f_rotor", omega, tmp_path / "bode.svg")
     upper, lower = figure.axes
-    magnitude, phase = found.bode("U", "f_rotor", omega)
+    magnitude, phase = result.bode("U", "f_rotor", omega)
     assert_allclose(upper.lines[0].get_ydata(), magnitude)
     assert_allclose(lower.lines[0].get_ydata(), phase)
     assert upper.get_title() == "f_rotor / U"
     assert (tmp_path / "bode.svg").read_text().startswith("<?xml")
     with pytest.raises(GraphError, match="expected a file name ending in"):
-        found.draw_bode("U", "f_rotor", omega, "bode.txt")
+        result.draw_bode("U", "f_rotor", omega, "bode.txt")
 
 
 def test_a_transfer_function_that_needs_the_rate_of_an_input_is_refused():
     """A voltage across a capacitor makes the current C du/dt: no D says that. The current of the coil is proper."""
     b = Builder().zero("n").one("s").on("s", Se("u", 1.0)).bond("s", "n").on("n", C("c", 2.0), I("L", 4.0))
-    found = linearize(b.build(), at={}, outputs=["f_s", "f_L"])
-    assert found.driven == {"u": ("f_s",)}
-    assert_allclose(found.response("u", "f_L", 3.0), [1.0 / 12.0j])
-    for call in (lambda: found.transfer("u", "f_s"), lambda: found.zeros("u", "f_s"), found.to_scipy):
+    result = linearize(b.build(), at={}, outputs=["f_s", "f_L"])
+    assert result.driven == {"u": ("f_s",)}
+    assert_allclose(result.response("u", "f_L", 3.0), [1.0 / 12.0j])
+    for call in (lambda: result.transfer("u", "f_s"), lambda: result.zeros("u", "f_s"), result.to_scipy):
         with pytest.raises(GraphError, match=r"^input 'u': f_s depends on its rate, for a store follows it"):
             call()
     assert linearize(motor(), at={}).driven == {}
@@ -164,9 +164,9 @@ def test_what_is_out_of_reach_has_a_reason():
     """Two circuits of a store each, the second of which pushes the first: no input of the first gets to the second."""
     b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("m", 1.0), R("d", 1.0), Se("G", lambda f_b: 2.0 * f_b))
     graph = b.on("b", I("n", 2.0), C("k", 1.0), R("e", 1.0)).build()
-    found = reach(graph, inputs=["F"], outputs=["f_b"])
-    assert found.unreachable == {n: f"no causal path leads to {k}:{n} from Se:F" for k, n in (("I", "n"), ("C", "k"))}
-    assert found.unobservable == {"m": "no causal path leads from I:m to f_b"}
+    result = reach(graph, inputs=["F"], outputs=["f_b"])
+    assert result.unreachable == {n: f"no causal path leads to {k}:{n} from Se:F" for k, n in (("I", "n"), ("C", "k"))}
+    assert result.unobservable == {"m": "no causal path leads from I:m to f_b"}
     assert reach(graph, outputs=["p_m"]).unobservable == {}
     twins = Builder().one("a").on("a", Se("F", 1.0), I("m", 1.0), C("k", 1.0), C("l", 2.0)).build()
     assert list(reach(twins).unreachable.values()) == ["C:l keeps integral causality where all prefer derivative"]

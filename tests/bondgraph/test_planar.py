@@ -59,8 +59,8 @@ def four_bars(assembly):
     bars = {"crank": CRANK, "coupler": ROD, "rocker": ROCKER}
     mechanism = {"type": "four-bar", "ground": {"length": GROUND}, "assembly": assembly} | bars
     on = {"crank.turn": [Se("M", COUPLE)], "rocker.turn": [Se("T", FORCE)]}
-    found = four_bar(GROUND, *(Bar(**bar) for bar in bars.values()), crossed=assembly == "crossed", on=on, gravity=G)
-    return condensed(mechanism, "rocker"), found
+    result = four_bar(GROUND, *(Bar(**bar) for bar in bars.values()), crossed=assembly == "crossed", on=on, gravity=G)
+    return condensed(mechanism, "rocker"), result
 
 
 MACHINES = [(slider_cranks, 0.0), (slider_cranks, 0.15), (slider_cranks, -0.3), (four_bars, "open"), (four_bars, "crossed")]
@@ -70,11 +70,11 @@ def simplified(linkage):
     return simplify(drop_zero_velocity(linkage.graph).graph).graph
 
 
-def assert_same_reduction(found, expected):
+def assert_same_reduction(result, expected):
     for name in ("inertia", "slope", "moment"):
         figure = getattr(expected, name)
-        assert_allclose(getattr(found, name), figure, rtol=0, atol=1e-12 * np.max(np.abs(figure)), err_msg=name)
-    assert_allclose(found.inertia, expected.inertia, rtol=1e-12)
+        assert_allclose(getattr(result, name), figure, rtol=0, atol=1e-12 * np.max(np.abs(figure)), err_msg=name)
+    assert_allclose(result.inertia, expected.inertia, rtol=1e-12)
 
 
 @pytest.fixture(params=MACHINES, ids=lambda case: f"{case[0].__name__}({case[1]})")
@@ -93,8 +93,8 @@ def test_a_pin_has_the_velocity_of_the_centre_plus_omega_times_its_arm(x, y, the
     flows = dynamics.at(0.0, [state[name] for name in dynamics.state.names]).flows
     arm = (x + 1j * y) * np.exp(1j * theta)
     velocity = vx + 1j * vy + 1j * omega * arm
-    found = [flows[dynamics.graph.at(f"body.end.{axis}")[0].number] for axis in "xy"]
-    assert_allclose(found, [velocity.real, velocity.imag], atol=1e-15)
+    result = [flows[dynamics.graph.at(f"body.end.{axis}")[0].number] for axis in "xy"]
+    assert_allclose(result, [velocity.real, velocity.imag], atol=1e-15)
 
 
 def test_the_two_ends_of_a_bar_have_opposite_arms_where_the_source_has_equal_ones():
@@ -151,8 +151,8 @@ def test_accelerations_are_those_of_the_condensed_graph(machine):
         expected = reference.rates(0.0, crank * omega, phi, *[phi] * len(reference.anchored))[0] / crank
         for dynamics in (whole, small):
             own = dynamics.graph.constant("crank.J")
-            found = dynamics.rates(0.0, own * omega, phi, *others)[0] / own
-            assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * omega**2)
+            result = dynamics.rates(0.0, own * omega, phi, *others)[0] / own
+            assert_allclose(result, expected, rtol=1e-12, atol=1e-12 * omega**2)
 
 
 def test_angles_that_are_integrated_move_as_their_closed_form(machine):
@@ -181,8 +181,8 @@ def test_a_slanted_guide_is_the_level_one_turned():
     theta = {"rod.theta": lambda phi: tilt + level.positions["rod.theta"](phi - tilt)}
     graph = drop_zero_velocity(b.build()).graph
     expected = level.reduction()(PHI - tilt)
-    for found in (graph, simplify(graph).graph):
-        assert_same_reduction(Reduction(found, "crank.turn", theta)(PHI), expected)
+    for result in (graph, simplify(graph).graph):
+        assert_same_reduction(Reduction(result, "crank.turn", theta)(PHI), expected)
 
 
 LOADS = {"crank.turn": [Se("M", COUPLE)], "rod.2.x": [Se("F", FORCE), R("B", 5.0)]}
@@ -203,10 +203,10 @@ def powers(graph, state):
 @pytest.mark.parametrize(("com", "left"), [(0.1, 31), (0.0, 23)])
 def test_the_sources_machine_is_simplified_by_this_much(com, left):
     linkage = source_machine(com)
-    found = counts(linkage.graph)
-    assert found["as built"] == len(linkage.graph.bonds)
-    assert found["all rules"] == left == len(simplified(linkage).bonds)
-    assert list(found.values()) == sorted(found.values(), reverse=True)
+    result = counts(linkage.graph)
+    assert result["as built"] == len(linkage.graph.bonds)
+    assert result["all rules"] == left == len(simplified(linkage).bonds)
+    assert list(result.values()) == sorted(result.values(), reverse=True)
     small = Reduction(simplified(linkage), linkage.coordinate, linkage.positions)
     assert_same_reduction(small(PHI), linkage.reduction()(PHI))
 
@@ -251,16 +251,16 @@ def centre_held(rod):
 def test_the_sources_last_step_leaves_nineteen_bonds_and_moves_another_machine():
     graph = centre_held(SIMPLE_ROD)
     assert len(graph.bonds) == 19  # 17, a junction between two transformers in a row, and the slider's own
-    held = Reduction(graph, "crank.turn", {"rod.theta": lambda phi: -phi})(0.5).inertia  # both arms to the centre are 0.2 m
+    state = Reduction(graph, "crank.turn", {"rod.theta": lambda phi: -phi})(0.5).inertia  # both arms to the centre are 0.2 m
     true = source_machine(0.0).reduction()(0.5).inertia
-    assert (held, true) == pytest.approx((0.2052, 0.1416), abs=5e-5)
+    assert (state, true) == pytest.approx((0.2052, 0.1416), abs=5e-5)
 
 
 def test_the_sources_last_step_is_right_where_the_rods_mass_is_at_the_slider():
     rod = Bar(0.6, 1.5, 0.05, 0.6)
     linkage = slider_crank(Bar(0.2, 2.0, 0.1), rod, on=LOADS)
-    held = Reduction(centre_held(rod), "crank.turn", linkage.positions)
-    assert_same_reduction(held(PHI), linkage.reduction()(PHI))
+    state = Reduction(centre_held(rod), "crank.turn", linkage.positions)
+    assert_same_reduction(state(PHI), linkage.reduction()(PHI))
 
 
 @pytest.mark.parametrize(
@@ -318,8 +318,8 @@ def test_a_closed_loop_and_natural_coordinates_give_the_triangle(theta, ratio, o
 
 def test_natural_coordinates_pass_dead_centres_and_quarter_turns():
     theta = np.arange(9) * np.pi / 4  # where either of both driving equations alone is singular
-    exact, found = (method(SliderCrank(), theta, 1.0, 1.0) for method in (triangle, natural_coordinates))
-    assert_allclose(found, exact, atol=1e-14)
+    exact, result = (method(SliderCrank(), theta, 1.0, 1.0) for method in (triangle, natural_coordinates))
+    assert_allclose(result, exact, atol=1e-14)
 
 
 def test_middle_term_of_the_acceleration():
@@ -420,25 +420,25 @@ def test_graph_agrees_with_triangle_to_the_order_of_the_method():
 
 @pytest.mark.slow
 def test_steady_crank_has_its_angle_right_by_any_method():
-    found = compare_kinematics(imposed=STEADY, until=0.3, step=0.02)
-    assert found["velocity"].agreement("euler").greatest < 1e-11
-    assert found["position"].agreement("euler").greatest > 1e-2
-    assert found["acceleration"].agreement("rk2").greatest < 1e-10
+    result = compare_kinematics(imposed=STEADY, until=0.3, step=0.02)
+    assert result["velocity"].agreement("euler").greatest < 1e-11
+    assert result["position"].agreement("euler").greatest > 1e-2
+    assert result["acceleration"].agreement("rk2").greatest < 1e-10
 
 
 def test_free_motion_by_three_equations():
-    found = compare_motion()
+    result = compare_motion()
     for name in ("theta", "omega", "alpha", "position", "velocity", "acceleration"):
         for method in ("bond graph", "natural coordinates"):
-            assert found[name].agreement(method).greatest < 1e-9
-    assert found["omega"].agreement("small lambda").pearson == pytest.approx(0.9067, abs=1e-4)
-    assert found["omega"].agreement("small lambda, m l²/3").pearson == pytest.approx(0.3813, abs=1e-4)
+            assert result[name].agreement(method).greatest < 1e-9
+    assert result["omega"].agreement("small lambda").pearson == pytest.approx(0.9067, abs=1e-4)
+    assert result["omega"].agreement("small lambda, m l²/3").pearson == pytest.approx(0.3813, abs=1e-4)
 
 
 def test_motion_from_rest_has_the_energy_of_its_torque():
-    found, machine = compare_motion(omega=0.0, torque=2.0, until=1.5, points=20), SliderCrank()
+    result, machine = compare_motion(omega=0.0, torque=2.0, until=1.5, points=20), SliderCrank()
     for method in ("bond graph", "natural coordinates"):
-        theta, omega, alpha, x, v, a = (quantity.curves[method] for quantity in found.quantities)
+        theta, omega, alpha, x, v, a = (quantity.curves[method] for quantity in result.quantities)
         inertia = exact_inertia(machine, theta)
         assert theta[-1] > 1.5
         assert_allclose(0.5 * inertia.value * omega**2, 2.0 * theta, atol=1e-10)
@@ -448,14 +448,14 @@ def test_motion_from_rest_has_the_energy_of_its_torque():
 
 @pytest.mark.slow
 def test_approximate_and_printed_curves_beside_the_triangle():
-    found = compare_kinematics(imposed=STEADY, until=2 * np.pi / 5, step=np.pi / 50)
-    mean = found["position less its mean"].agreement("small lambda (eq. 86)")
+    result = compare_kinematics(imposed=STEADY, until=2 * np.pi / 5, step=np.pi / 50)
+    mean = result["position less its mean"].agreement("small lambda (eq. 86)")
     assert mean.greatest == pytest.approx(0.0114, abs=5e-4)  # a turn's mean, its end counted twice
-    assert found["velocity"].agreement("instant centre").greatest < 1e-13
-    assert max(found[name].agreement("Raven").greatest for name in ("position", "velocity", "acceleration")) < 1e-12
-    assert "instant centre" not in found["acceleration"].curves
-    printed = found["acceleration"].residual("as printed")
-    theta = 5.0 * found.t
+    assert result["velocity"].agreement("instant centre").greatest < 1e-13
+    assert max(result[name].agreement("Raven").greatest for name in ("position", "velocity", "acceleration")) < 1e-12
+    assert "instant centre" not in result["acceleration"].curves
+    printed = result["acceleration"].residual("as printed")
+    theta = 5.0 * result.t
     w = np.sqrt(1 - 0.25 * np.sin(theta) ** 2)
     middle = 0.125 / 4 * np.sin(2 * theta) ** 2 / w**3 - 0.25 / 2 * np.sin(2 * theta) / w**3
     assert_allclose(printed, 25.0 * middle, atol=1e-9)
@@ -480,17 +480,17 @@ def test_motion_that_does_not_start_at_zero():
 
 
 def test_table_and_names_that_are_not_there():
-    found = compare_motion(until=1.0, points=20)
-    lines = found.table().splitlines()
+    result = compare_motion(until=1.0, points=20)
+    lines = result.table().splitlines()
     assert lines[0] == "free motion from 1 rad/s; reference: exact Lagrange"
     assert len(lines) == 2 + 6 * 5
     assert {len(line) for line in lines[1:]} == {106}
     with pytest.raises(
         GraphError, match="no quantity 'speed': there are theta, omega, alpha, position, velocity, acceleration"
     ):
-        found["speed"]
+        result["speed"]
     with pytest.raises(GraphError, match="theta: no method 'newton': there are bond graph"):
-        found["theta"].agreement("newton")
+        result["theta"].agreement("newton")
 
 
 def test_arguments_that_mean_nothing():
@@ -502,19 +502,19 @@ def test_arguments_that_mean_nothing():
 
 @pytest.mark.slow
 def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():
-    found = divided_by_modulus(steps=(1e-2, 1e-3))
-    assert_allclose(found.errors("|T|"), [1.12, 1.10], atol=0.01)
-    assert_allclose([p.reached for p in found.passages if p.scheme == "|T|"], np.pi, atol=0.01)
-    assert_allclose([p.reached for p in found.passages if p.scheme == "T, floor"], np.pi, atol=0.01)
-    assert found.reached == pytest.approx(9.1352, abs=1e-4)
+    result = divided_by_modulus(steps=(1e-2, 1e-3))
+    assert_allclose(result.errors("|T|"), [1.12, 1.10], atol=0.01)
+    assert_allclose([p.reached for p in result.passages if p.scheme == "|T|"], np.pi, atol=0.01)
+    assert_allclose([p.reached for p in result.passages if p.scheme == "T, floor"], np.pi, atol=0.01)
+    assert result.reached == pytest.approx(9.1352, abs=1e-4)
 
 
 @pytest.mark.slow
 def test_with_torque_it_runs_away_at_every_step():
-    found = divided_by_modulus(loads=Loads(torque=1.0), steps=(2e-2,))
-    assert found.errors("|T|") == (np.inf,)
-    assert min(found.errors("T")) > 10.0
-    assert min(found.errors("T, floor")) > 5.0
+    result = divided_by_modulus(loads=Loads(torque=1.0), steps=(2e-2,))
+    assert result.errors("|T|") == (np.inf,)
+    assert min(result.errors("T")) > 10.0
+    assert min(result.errors("T, floor")) > 5.0
 
 
 def test_crank_side_is_of_first_order():
@@ -523,9 +523,9 @@ def test_crank_side_is_of_first_order():
 
 
 def test_dead_centre_from_the_start():
-    found = divided_by_modulus(start=(0.0, 1.0), steps=(1e-2,), until=1.0)
-    assert found.errors("|T|") == (np.inf,)
-    assert found.errors("crank side")[0] < 0.1
+    result = divided_by_modulus(start=(0.0, 1.0), steps=(1e-2,), until=1.0)
+    assert result.errors("|T|") == (np.inf,)
+    assert result.errors("crank side")[0] < 0.1
 
 
 def test_printed_programme_tends_to_another_curve():

@@ -287,12 +287,12 @@ def test_moving_sources_follow_for_any_speeds_and_times():
     station = Reduction(moving(), "crank").at(PHI)
     gain = -0.5 * np.sin(PHI)
     for speed, time in ((3.0, 0.0), (np.linspace(-2, 5, PHI.size), 1.5)):
-        found = {element.name: (effort, factor) for element, effort, factor in station.contributions(speed, time)}
-        assert_allclose(found["drag"][0], -2.0 * gain * speed * np.abs(gain * speed) * gain, rtol=1e-14, atol=1e-16)
-        assert_allclose(found["pulse"][0], np.sin(PHI) * time, rtol=1e-14)
-        assert_allclose(found["brake"][0], 0.5 * speed + 0 * PHI, rtol=1e-14)
-        assert_allclose(found["brake"][1], speed + 0 * PHI, rtol=1e-14)
-        assert_allclose(found["drag"][1], 0.0)
+        result = {element.name: (effort, factor) for element, effort, factor in station.contributions(speed, time)}
+        assert_allclose(result["drag"][0], -2.0 * gain * speed * np.abs(gain * speed) * gain, rtol=1e-14, atol=1e-16)
+        assert_allclose(result["pulse"][0], np.sin(PHI) * time, rtol=1e-14)
+        assert_allclose(result["brake"][0], 0.5 * speed + 0 * PHI, rtol=1e-14)
+        assert_allclose(result["brake"][1], speed + 0 * PHI, rtol=1e-14)
+        assert_allclose(result["drag"][1], 0.0)
     assert_allclose(station.reduced.moment, 9.0)
     assert_allclose(station.moments()["T"], 9.0)
     assert set(station.moments()) == {"T"}

@@ -113,9 +113,9 @@ def test_each_step_of_the_thesis_leaves_what_its_figure_shows():
 
 
 def test_causality_is_the_thesis_one():
-    found = slider_crank().causality
-    assert found.integral == ("J",)
-    assert found.derivative == ("m",)
+    result = slider_crank().causality
+    assert result.integral == ("J",)
+    assert result.derivative == ("m",)
 
 
 def test_printed_it_says_what_every_step_did():
@@ -343,13 +343,13 @@ def test_what_is_to_stay_stays_and_what_is_held_at_zero_moves_no_more(seed):
     ones = [e.name for e in graph.of_kind("1")]
     keep = draw.sample(list(graph.elements), 2)
     ground = draw.sample(ones, min(len(ones), draw.choice([0, 1, 2])))
-    held = Builder()
-    held._elements, held._bonds = dict(graph.elements), list(graph.bonds)
-    held.parameter(**graph.parameters)
+    state = Builder()
+    state._elements, state._bonds = dict(graph.elements), list(graph.bonds)
+    state.parameter(**graph.parameters)
     for name in ground:
-        held.port(name, Sf(f"{name}.ground", 0.0))
+        state.port(name, Sf(f"{name}.ground", 0.0))
     try:
-        before = held.build(loose=True)
+        before = state.build(loose=True)
     except GraphError:
         return
     after = unless_contradictory(before, lambda: simplify(drop_zero_velocity(graph, ground, keep).graph, keep).graph)
@@ -360,9 +360,9 @@ def test_what_is_to_stay_stays_and_what_is_held_at_zero_moves_no_more(seed):
 
 def test_a_two_bond_junction_goes_if_power_passes_through():
     b = line("1:a", "0:z", "1:b", elements={"a": [Se("M", 3.0), I("J", 1.0)], "b": [I("m", 2.0), R("B", 0.5)]})
-    found = drop_two_bond_junctions(b.build())
-    assert listed(found.graph)[0] == "1:a -> 1:b"
-    assert str(found.log[0]) == "two bonds: bond 1, 2: 0:z dropped; 1:a -> 1:b says the same"
+    result = drop_two_bond_junctions(b.build())
+    assert listed(result.graph)[0] == "1:a -> 1:b"
+    assert str(result.log[0]) == "two bonds: bond 1, 2: 0:z dropped; 1:a -> 1:b says the same"
 
 
 def test_a_two_bond_junction_that_turns_a_sign_stays():
@@ -382,17 +382,17 @@ def test_equal_junctions_merge_and_their_displacement_moves_along():
         .displacement("x", "b")
         .displacement("y", "a")
     )
-    found = merge_equal_junctions(b.build())
-    assert listed(found.graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2", "1:a -> R:B = 0.5"]
-    assert {d.of for d in found.graph.displacements.values()} == {"a"}
-    assert "displacement 'x' moves there" in found.log[0].what
+    result = merge_equal_junctions(b.build())
+    assert listed(result.graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2", "1:a -> R:B = 0.5"]
+    assert {d.of for d in result.graph.displacements.values()} == {"a"}
+    assert "displacement 'x' moves there" in result.log[0].what
 
 
 def test_a_merged_junction_takes_the_motions_of_laws_with_it():
     b = line("1:a", "1:b", elements=LOAD).one("c").on("c", I("m", 1.0))
     b = b.transform("b", "c", Modulus(np.sin, np.cos, Motion("b")), name="T").displacement("x", "a")
-    found = merge_equal_junctions(b.build(), keep=["a"]).graph
-    assert found.elements["T"].law.motion.of == "a"
+    result = merge_equal_junctions(b.build(), keep=["a"]).graph
+    assert result.elements["T"].law.motion.of == "a"
 
 
 def test_the_junction_to_keep_gives_its_name():
@@ -409,10 +409,10 @@ def base_motion():
 
 def test_a_source_at_a_junction_is_copied_to_neighbours_and_the_powers_add_up():
     graph = base_motion()
-    found = absorb_junctions(graph)
-    assert [a.rule for a in found.log] == ["source at a junction"]
-    assert found.graph.elements["v.2"].law == 0.3
-    whole, parts = Solved(graph), Solved(found.graph)
+    result = absorb_junctions(graph)
+    assert [a.rule for a in result.log] == ["source at a junction"]
+    assert result.graph.elements["v.2"].law == 0.3
+    whole, parts = Solved(graph), Solved(result.graph)
     assert parts.power("v") + parts.power("v.2") == pytest.approx(whole.power("v"), rel=1e-9)
     assert whole.power("v") != pytest.approx(0.0)
 
@@ -420,23 +420,23 @@ def test_a_source_at_a_junction_is_copied_to_neighbours_and_the_powers_add_up():
 def test_a_double_difference_becomes_one():
     b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("ma", 1.0)).on("b", I("mb", 2.0))
     graph = b.between("a", "b", C("k", 0.1), name="zk").between("a", "b", R("B", 0.5), name="zB").build()
-    found = merge_double_differences(graph)
-    assert listed(found.graph)[3:] == [
+    result = merge_double_differences(graph)
+    assert listed(result.graph)[3:] == [
         "1:a -> 0:zk",
         "0:zk -> 1:b",
         "1:zk.rate -> C:k = 0.1",
         "1:zk.rate -> R:B = 0.5",
         "0:zk -> 1:zk.rate",
     ]
-    assert_same_ports(graph, found.graph)
+    assert_same_ports(graph, result.graph)
 
 
 def test_a_dangling_junction_behind_a_gyrator_holds_the_flow_before_it():
     b = Builder().one("a").one("b").one("c").on("a", I("J", 1.0)).on("c", I("m", 2.0), Se("F", 3.0))
     graph = b.between("a", "c", C("k", 0.5)).gyrate("a", "b", 2.0, name="G").build(loose=True)
-    found = drop_dangling(graph).graph
-    assert "J" not in found.elements
-    assert_same_ports(graph, found)
+    result = drop_dangling(graph).graph
+    assert "J" not in result.elements
+    assert_same_ports(graph, result)
 
 
 def test_opposite_differences_are_left_alone():
@@ -476,24 +476,24 @@ def test_all_unknown_names_are_reported_at_once():
 
 @pytest.mark.parametrize("row", [["1:a", "1:x"], ["1:a", "0:z", "1:x"], ["1:a", "1:y", "0:z", "1:x"]])
 def test_dangling_1_junctions_go_with_the_junctions_that_lead_to_them(row):
-    found = drop_dangling(line(*row, elements=LOAD).build(loose=True)).graph
-    assert set(found.elements) >= {"a", "M", "J"}
-    assert not set(found.elements) & {"x", "z"}
+    result = drop_dangling(line(*row, elements=LOAD).build(loose=True)).graph
+    assert set(result.elements) >= {"a", "M", "J"}
+    assert not set(result.elements) & {"x", "z"}
 
 
 def test_a_dangling_0_junction_stops_the_1_junction_that_it_hangs_on():
     b = line("1:a", "0:z", "1:b", elements={**LOAD, "b": [I("m", 1.0)], "z": [R("B", 1.0)]}).zero("x").bond("b", "x")
-    found = drop_dangling(b.build(loose=True))
-    assert found.log[0].what == "1:b, I:m, 0:x dropped"
-    assert listed(found.graph)[-1] == "0:z -> R:B = 1"
+    result = drop_dangling(b.build(loose=True))
+    assert result.log[0].what == "1:b, I:m, 0:x dropped"
+    assert listed(result.graph)[-1] == "0:z -> R:B = 1"
 
 
 def test_a_dangling_1_junction_takes_the_power_of_all_that_shares_its_zero_effort():
     b = line("1:a", "0:z", "1:x", elements={**LOAD, "z": [C("k", 0.1), R("B", 0.5)]})
-    found = drop_dangling(b.build(loose=True))
-    assert listed(found.graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2"]
-    assert found.log[0].what == "0:z, 1:x, C:k, R:B dropped"
-    assert found.log[0].bonds == (1, 2, 5, 6)
+    result = drop_dangling(b.build(loose=True))
+    assert listed(result.graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2"]
+    assert result.log[0].what == "0:z, 1:x, C:k, R:B dropped"
+    assert result.log[0].bonds == (1, 2, 5, 6)
 
 
 def test_a_dangling_1_junction_that_contradicts_a_source_is_an_error_that_names_it():
@@ -533,25 +533,25 @@ def test_a_zero_source_is_no_term_or_takes_its_junction_with_it(junction, source
 
 def test_ground_goes_with_all_that_hangs_on_it():
     b = line("1:a", elements=LOAD).one("ground").on("ground", I("earth", 6e24), R("soil", 1.0))
-    found = drop_zero_velocity(b.between("a", "ground", R("B", 0.5)).build(), ["ground"])
-    assert listed(found.graph)[-1] == "0:a-ground -> R:B = 0.5"
-    assert found.log[0].what == "1:ground, I:earth, R:soil dropped"
-    assert listed(simplify(found.graph).graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2", "1:a -> R:B = 0.5"]
+    result = drop_zero_velocity(b.between("a", "ground", R("B", 0.5)).build(), ["ground"])
+    assert listed(result.graph)[-1] == "0:a-ground -> R:B = 0.5"
+    assert result.log[0].what == "1:ground, I:earth, R:soil dropped"
+    assert listed(simplify(result.graph).graph) == ["Se:M = 3 -> 1:a", "1:a -> I:J = 2", "1:a -> R:B = 0.5"]
 
 
 def test_ground_stays_where_a_displacement_is_measured_or_the_graph_would_fall_apart():
     b = Builder().one("g").one("a").one("b").on("a", I("ma", 1.0)).on("b", I("mb", 1.0))
     graph = b.between("a", "g", C("ka", 1.0)).between("b", "g", C("kb", 1.0)).build()
-    held = drop_zero_velocity(graph, ["g"]).graph
-    assert held.elements["g.zero"].law == 0.0
+    state = drop_zero_velocity(graph, ["g"]).graph
+    assert state.elements["g.zero"].law == 0.0
     measured = Builder().one("g", displacement="x").one("a").on("a", I("m", 1.0)).between("a", "g", C("k", 1.0)).build()
     assert "g.zero" in drop_zero_velocity(measured, ["g"]).graph.elements
 
 
 def test_ground_beyond_a_modulated_transformer_is_held_by_a_source():
     b = line("1:a", elements=LOAD).displacement("q", "a").one("g").transform("a", "g", lambda q: np.cos(q), name="T")
-    found = drop_zero_velocity(b.on("g", I("m", 1.0)).build(), ["g"])
-    assert listed(found.graph)[2:] == ["1:a -> MTF:T", "MTF:T -> 1:g", "Sf:g.zero = 0 -> 1:g"]
+    result = drop_zero_velocity(b.on("g", I("m", 1.0)).build(), ["g"])
+    assert listed(result.graph)[2:] == ["1:a -> MTF:T", "MTF:T -> 1:g", "Sf:g.zero = 0 -> 1:g"]
 
 
 def test_a_graph_of_zeros_alone_is_an_error():

@@ -185,8 +185,8 @@ def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
         truth.append(step @ truth[-1])
     truth = np.transpose(truth)[:size]
     run = simulate(graph, 2.0, initial=dict(zip(dynamics.state.names, start, strict=True)), rtol=rtol)
-    found = np.array(list(run.states(times).values()))
-    error = (np.abs(found - truth).max(axis=1) / np.abs(truth).max(axis=1)).max()
+    result = np.array(list(run.states(times).values()))
+    error = (np.abs(result - truth).max(axis=1) / np.abs(truth).max(axis=1)).max()
     assert error <= rtol or not run.reached
     assert error <= max(5.0 * run.error, 1e-12)
     assert run.audit.power < 1e-12
@@ -334,7 +334,7 @@ def test_wrong_arguments_are_named(arguments, match):
 
 def test_a_run_says_what_it_does_not_have():
     run = simulate(mass(), 1.0)
-    for asked, match in (
+    for request, match in (
         (lambda: run.flow("zz"), "no element 'zz': the graph has a, m, F"),
         (lambda: run.displacement("y"), "no displacement 'y': the states are p_m, x"),
         (lambda: run.effort(9), "no bond 9: the graph has bonds 1 to 2"),
@@ -342,7 +342,7 @@ def test_a_run_says_what_it_does_not_have():
         (lambda: run.flow("a", [0.5, np.nan]), "found the time nan s"),
     ):
         with pytest.raises(GraphError, match=match):
-            asked()
+            request()
 
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA", "Radau", "BDF"])
@@ -385,14 +385,14 @@ PLACES = [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991
 )
 def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_once(method, phi, place, monkeypatch):
     """At the start by whatever rounding leaves of sin(phi), on the way, and with a million equal steps to take."""
-    asked = []
-    monkeypatch.setattr(simulation, "count", asked.append)
+    request = []
+    monkeypatch.setattr(simulation, "count", request.append)
     with pytest.raises(
         GraphError,
         match=rf"the effective inertia vanishes at phi = {place}.*of crank .*: give crank an inertia \(I\)",
     ):
         simulate(massless_crank(), 3.0, initial={"phi": phi}, method=method, step=None if method in ADAPTIVE else 3e-6)
-    assert len(asked) < 30_000
+    assert len(request) < 30_000
 
 
 @pytest.mark.parametrize(
@@ -626,7 +626,7 @@ def sabotaged(monkeypatch, name, wrong):
 
 
 def test_accelerations_off_by_a_millionth_are_found(monkeypatch):
-    sabotaged(monkeypatch, "_shares", lambda found: {k: (rate * (1 + 1e-6), other) for k, (rate, other) in found.items()})
+    sabotaged(monkeypatch, "_shares", lambda result: {k: (rate * (1 + 1e-6), other) for k, (rate, other) in result.items()})
     with pytest.raises(GraphError, match=r"energy audit: .* of the energy is missing, 1e-08 allowed"):
         simulate(driven_press(), 0.3, rtol=1e-9, tolerance=1e-8)
 
@@ -637,9 +637,9 @@ def test_a_modulus_that_differs_for_efforts_is_found(monkeypatch):
     def wrong(self):
         gains, ram = self.gain, self.form.flow[self.graph.bond_of("m").number]
         self.gain = [{k: (1 + 1e-6) * g for k, g in own.items()} if v == ram else own for v, own in enumerate(gains)]
-        found = right(self)
+        result = right(self)
         self.gain = gains
-        return found
+        return result
 
     monkeypatch.setattr(walking.Walk, "mass_and_force", wrong)
     run = simulate(driven_press(), 0.3, rtol=1e-9)
@@ -686,8 +686,8 @@ def test_a_value_that_is_below_0_from_the_start_changes_there():
     def value(share):
         return 0.5 - 2.0 * (share - 0.5) ** 2 - 0.3  # below 0 at both ends
 
-    found = first_change(value, shares, value(shares), to_series @ value(shares))
-    assert found[:2] == (0.0, 0.0)
+    result = first_change(value, shares, value(shares), to_series @ value(shares))
+    assert result[:2] == (0.0, 0.0)
     later = first_change(lambda x: 0.7 - x, shares, 0.7 - shares, to_series @ (0.7 - shares))
     assert later is not None
     assert later[0] < 0.7 <= later[1]
@@ -723,5 +723,5 @@ def test_many_linear_states_are_a_matrix(rtol):
     scale = np.abs(run.ends).max(axis=0)
     for t in (1.37, 3.0):
         truth = (expm(t * whole) @ np.append(np.zeros(len(names)), 1.0))[:-1]
-        found = np.ravel(list(run.states(t).values()))
-        assert np.abs((found - truth) / scale).max() < run.error <= rtol
+        result = np.ravel(list(run.states(t).values()))
+        assert np.abs((result - truth) / scale).max() < run.error <= rtol

@@ -53,15 +53,15 @@ def data() -> dict:
 
 
 def spoilt(change) -> dict:
-    found = data()
-    change(found)
-    return found
+    result = data()
+    change(result)
+    return result
 
 
 def with_tree(tree) -> dict:
-    found = data()
-    found["elements"][3]["law"] = {"of": ["theta", "t"], "expression": tree}
-    return found
+    result = data()
+    result["elements"][3]["law"] = {"of": ["theta", "t"], "expression": tree}
+    return result
 
 
 def faults(content) -> list[str]:
@@ -80,26 +80,26 @@ def laws(graph):
 def test_a_saved_graph_comes_back_the_same(tmp_path):
     graph = press()
     save(graph, tmp_path / "press.json")
-    found = load(tmp_path / "press.json")
-    assert str(found) == str(graph)
-    assert (found.bonds, found.displacements, found.signals) == (graph.bonds, graph.displacements, graph.signals)
-    assert found.parameters == graph.parameters
-    assert [(e.kind, e.name, e.domain, e.part) for e in found.elements.values()] == [
+    result = load(tmp_path / "press.json")
+    assert str(result) == str(graph)
+    assert (result.bonds, result.displacements, result.signals) == (graph.bonds, graph.displacements, graph.signals)
+    assert result.parameters == graph.parameters
+    assert [(e.kind, e.name, e.domain, e.part) for e in result.elements.values()] == [
         (e.kind, e.name, e.domain, e.part) for e in graph.elements.values()
     ]
-    assert found.elements["m"].law == 1 / 3
+    assert result.elements["m"].law == 1 / 3
 
 
 def test_loaded_laws_give_the_same_values_and_slopes():
     graph = press()
-    found = laws(from_data(as_data(graph)))
+    result = laws(from_data(as_data(graph)))
     draw = random.Random(1)
     for name, law in laws(graph).items():
-        assert found[name].of == law.of
+        assert result[name].of == law.of
         for _ in range(20):
             at = [draw.uniform(-2, 2) for _ in law.of]
-            assert found[name](*at) == pytest.approx(law(*at), rel=1e-15)
-            assert found[name].partials(*at)[1] == pytest.approx(law.partials(*at)[1], rel=1e-14)
+            assert result[name](*at) == pytest.approx(law(*at), rel=1e-15)
+            assert result[name].partials(*at)[1] == pytest.approx(law.partials(*at)[1], rel=1e-14)
 
 
 def test_data_are_a_fixed_point():
@@ -115,17 +115,17 @@ def test_a_law_keeps_the_names_that_its_formula_lost():
 def test_parts_keep_their_names():
     shaft = Builder().one("shaft", displacement="a").on("shaft", I("J", 2.0), Se("M", lambda a: np.sin(a))).part("shaft")
     b = Builder().include("left", shaft).include("right", shaft).bond("left.shaft", "right.shaft")
-    found = from_data(as_data(b.build()))
-    assert found.elements["right.M"].law.of == ("right.a",)
-    assert found.elements["right.M"].law(0.5) == math.sin(0.5)
+    result = from_data(as_data(b.build()))
+    assert result.elements["right.M"].law.of == ("right.a",)
+    assert result.elements["right.M"].law(0.5) == math.sin(0.5)
 
 
 @pytest.mark.parametrize("number", [0.1 + 0.2, 5e-324, 1.7976931348623157e308, -1 / 3, 2.0])
 def test_floats_keep_every_bit(number):
     graph = Builder().one("a").on("a", I("J", number), Se("M", x * sympy.Float(number))).parameter(x=number).build()
-    found = from_data(json.loads(json.dumps(as_data(graph))))
-    assert (found.elements["J"].law, found.parameters["x"]) == (number, number)
-    assert found.elements["M"].law(1.0) == number
+    result = from_data(json.loads(json.dumps(as_data(graph))))
+    assert (result.elements["J"].law, result.parameters["x"]) == (number, number)
+    assert result.elements["M"].law(1.0) == number
 
 
 def test_a_graph_without_expressions_loads_without_sympy(tmp_path):
@@ -265,14 +265,14 @@ def test_formulas_beyond_the_limits_are_refused(law):
     ],
 )
 def test_faults_are_named_with_their_place(change, line):
-    assert any(found.startswith(line) for found in faults(spoilt(change)))
+    assert any(result.startswith(line) for result in faults(spoilt(change)))
 
 
 def test_all_faults_come_at_once():
-    def change(found):
-        found["format"] = 1
-        found["elements"][2]["law"] = "foo"
-        found["bonds"][3] = None
+    def change(result):
+        result["format"] = 1
+        result["elements"][2]["law"] = "foo"
+        result["bonds"][3] = None
 
     assert [line.split(":")[0] for line in faults(spoilt(change))] == ["format", "elements[2].law", "bonds[3]"]
 

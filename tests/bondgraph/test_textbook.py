@@ -24,9 +24,9 @@ from bondgraph import (
 
 def agrees(graph, by_hand, names, derivative=()):
     """States, followers, and rates at several states by both routes; `by_hand(t, *state)` gives them in the same order."""
-    found = causality(graph)
-    assert not found.conflicts
-    assert found.derivative == derivative
+    result = causality(graph)
+    assert not result.conflicts
+    assert result.derivative == derivative
     dynamics = Dynamics(graph)
     assert dynamics.state.names == names
     formulas = state_equations(graph).numeric()

@@ -234,17 +234,17 @@ def motor(**plate):
     return Induction(**DATA, plate=FULL._replace(**plate))
 
 
-def by_phasors(found: Induction, omega: float) -> complex:
+def by_phasors(result: Induction, omega: float) -> complex:
     """The line current of a circuit U/(R/s + jX) that gives Kloss's torque, with magnetizing and loss branches beside it."""
-    phase, sync = found.plate.voltage / math.sqrt(3), found.synchronous_speed
-    reactance = 3 * phase**2 / (2 * sync * found.breakdown_torque)
-    resistance = found.breakdown_slip * reactance
+    phase, sync = result.plate.voltage / math.sqrt(3), result.synchronous_speed
+    reactance = 3 * phase**2 / (2 * sync * result.breakdown_torque)
+    resistance = result.breakdown_slip * reactance
 
     def load(speed: float) -> complex:
         return phase / (resistance * sync / (sync - speed) + 1j * reactance)
 
-    rated = found.plate.current * cmath.exp(-1j * math.acos(found.plate.power_factor))
-    return load(omega) + rated - load(found.speed)
+    rated = result.plate.current * cmath.exp(-1j * math.acos(result.plate.power_factor))
+    return load(omega) + rated - load(result.speed)
 
 
 def test_the_current_is_that_of_the_circuit_through_the_rated_point():
@@ -273,15 +273,15 @@ def test_without_a_plate_the_current_goes_with_the_rotor_heat():
     ],
 )
 def test_rated_point_no_load_and_locked_rotor_hold(plate):
-    found = motor(**plate)
-    assert found.current(found.speed) == pytest.approx(15.0, rel=1e-14)
-    assert found.torque(found.speed) == pytest.approx(found.rated.torque, rel=1e-14)
-    assert found.breakdown.torque == pytest.approx(2.5 * found.rated.torque, rel=1e-13)
+    result = motor(**plate)
+    assert result.current(result.speed) == pytest.approx(15.0, rel=1e-14)
+    assert result.torque(result.speed) == pytest.approx(result.rated.torque, rel=1e-14)
+    assert result.breakdown.torque == pytest.approx(2.5 * result.rated.torque, rel=1e-13)
     if "no_load_current" in plate:
-        assert found.current(found.synchronous_speed) == pytest.approx(7.0, rel=1e-14)
+        assert result.current(result.synchronous_speed) == pytest.approx(7.0, rel=1e-14)
     if "starting_current" in plate:
-        assert found.current(0.0) == pytest.approx(6.5 * 15.0, rel=1e-14)
-        assert found.starting_torque == pytest.approx(2.2 * found.rated.torque, rel=1e-14)
+        assert result.current(0.0) == pytest.approx(6.5 * 15.0, rel=1e-14)
+        assert result.starting_torque == pytest.approx(2.2 * result.rated.torque, rel=1e-14)
 
 
 def test_the_locked_rotor_leaves_the_running_branch_as_it_is():
@@ -294,13 +294,15 @@ def test_the_locked_rotor_leaves_the_running_branch_as_it_is():
 
 
 def test_losses_add_up_at_the_rated_point():
-    found = motor(efficiency=0.87)
+    result = motor(efficiency=0.87)
     taken = math.sqrt(3) * 400.0 * 15.0 * 0.83  # current and power factor count
-    assert found.electric_power(found.speed) == pytest.approx(taken, rel=1e-13)
-    losses = found.stator_heat(found.speed) + found.rotor_heat(found.speed) + found.constant_losses
+    assert result.electric_power(result.speed) == pytest.approx(taken, rel=1e-13)
+    losses = result.stator_heat(result.speed) + result.rotor_heat(result.speed) + result.constant_losses
     assert losses == pytest.approx(taken - 7500.0, rel=1e-12)
-    twice = found.synchronous_speed - 2 * (found.synchronous_speed - found.speed)
-    assert found.stator_heat(twice) == pytest.approx(found.rated_stator_heat * (found.current(twice) / 15.0) ** 2, rel=1e-14)
+    twice = result.synchronous_speed - 2 * (result.synchronous_speed - result.speed)
+    assert result.stator_heat(twice) == pytest.approx(
+        result.rated_stator_heat * (result.current(twice) / 15.0) ** 2, rel=1e-14
+    )
 
 
 def test_any_two_of_three_tell_the_third():
@@ -308,9 +310,9 @@ def test_any_two_of_three_tell_the_third():
     efficiency = by_current.line_current.efficiency
     by_efficiency = motor(power_factor=None, efficiency=efficiency)
     by_both = motor(current=None, efficiency=efficiency)
-    for found in (by_efficiency, by_both):
-        assert found.rated_current == pytest.approx(15.0, rel=1e-14)
-        assert found.current(140.0) == pytest.approx(float(by_current.current(140.0)), rel=1e-12)
+    for result in (by_efficiency, by_both):
+        assert result.rated_current == pytest.approx(15.0, rel=1e-14)
+        assert result.current(140.0) == pytest.approx(float(by_current.current(140.0)), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -375,7 +377,7 @@ def by_hand(inertia, phi, y):
 
 
 def cycle_by_hand(inertia, start, points=None):
-    found = solve_ivp(
+    result = solve_ivp(
         lambda phi, y: by_hand(inertia, phi, y),
         (0.0, 2 * math.pi),
         [*start, 0.0, 0.0],
@@ -384,7 +386,7 @@ def cycle_by_hand(inertia, start, points=None):
         atol=1e-12,
         t_eval=points,
     )
-    return found.y
+    return result.y
 
 
 @pytest.mark.parametrize("inertia", [pytest.param(80.0, marks=pytest.mark.slow), 2000.0])
@@ -402,10 +404,10 @@ def test_the_regime_is_that_of_shooting(inertia):
     assert sizing.simulation.period == pytest.approx(0.2, rel=1e-12)
     assert sizing.simulation.speed_time_mean == pytest.approx(FIELD, rel=1e-12)
     assert sizing.error.simulation < 1e-9
-    found = sizing.synchronism
-    assert found.load_angle == pytest.approx(product[-1] / t[-1], abs=1e-9)
-    assert found.load_angle_greatest == pytest.approx(angle.max(), abs=1e-5)
-    assert found.load_angle_least == pytest.approx(angle.min(), abs=1e-5)
+    result = sizing.synchronism
+    assert result.load_angle == pytest.approx(product[-1] / t[-1], abs=1e-9)
+    assert result.load_angle_greatest == pytest.approx(angle.max(), abs=1e-5)
+    assert result.load_angle_least == pytest.approx(angle.min(), abs=1e-5)
     assert sizing.run.states[0] == pytest.approx(start[1], abs=1e-9)
     flow = sizing.power_flow
     assert abs(flow.left) <= 1e-9 * flow.input
@@ -413,10 +415,10 @@ def test_the_regime_is_that_of_shooting(inertia):
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-11])
 def test_errors_hold_at_every_tolerance(rtol):
-    best, found = (flywheel.size(scene(150.0, rtol=one)) for one in (1e-12, rtol))
+    best, result = (flywheel.size(scene(150.0, rtol=one)) for one in (1e-12, rtol))
     for name in ("irregularity", "period", "speed_max"):
         true = getattr(best.simulation, name)
-        assert abs(getattr(found.simulation, name) / true - 1) <= found.error.simulation + best.error.simulation
+        assert abs(getattr(result.simulation, name) / true - 1) <= result.error.simulation + best.error.simulation
 
 
 def test_small_swings_have_the_frequency_of_the_formula():
@@ -439,11 +441,11 @@ def test_a_heavier_flywheel_towards_resonance_is_named():
 
 
 def test_steady_and_in_time_agree():
-    found = transient(scene(), start="regime", end=1.0)
+    result = transient(scene(), start="regime", end=1.0)
     sizing = flywheel.size(scene())
-    assert found.motion.omega[-1] == pytest.approx(found.motion.omega[0], rel=1e-7)
-    assert found.turns == pytest.approx(5.0, rel=1e-8)
-    assert found.motion.states["load_angle"][-1] == pytest.approx(sizing.run.states[0], abs=1e-7)
+    assert result.motion.omega[-1] == pytest.approx(result.motion.omega[0], rel=1e-7)
+    assert result.turns == pytest.approx(5.0, rel=1e-8)
+    assert result.motion.states["load_angle"][-1] == pytest.approx(sizing.run.states[0], abs=1e-7)
 
 
 @pytest.mark.slow
@@ -451,11 +453,11 @@ def test_a_field_that_is_switched_pulls_the_rotor_in():
     motor = {"asynchronous_ratio": 1.5, "asynchronous_slip": 0.02, "field_at": 30.5, "field_time": 0.2}
     load = [{"on": "crank", "torque": "-1000*omega/31.4"}]
     table = {"drive": {"motor": SYNCHRONOUS | motor}, "load": load, "flywheel": {"inertia": 100.0}}
-    found = transient(flywheel.load(table), end=8.0, rtol=1e-7)
-    angle, field = (found.motion.states[name] for name in ("load_angle", "field"))
+    result = transient(flywheel.load(table), end=8.0, rtol=1e-7)
+    angle, field = (result.motion.states[name] for name in ("load_angle", "field"))
     assert field[0] == 0.0
     assert field[-1] == pytest.approx(1.0, abs=1e-6)
-    assert found.omega == pytest.approx(FIELD, rel=1e-5)
+    assert result.omega == pytest.approx(FIELD, rel=1e-5)
     assert math.sin(angle[-1]) > 0.0
 
 
@@ -490,10 +492,10 @@ def test_the_bond_graph_swings_alike():
     ],
 )
 def test_what_cannot_be_is_refused(table, match):
-    given = {key: value for key, value in (SYNCHRONOUS | table).items() if value is not None and key != "mean"}
+    inputs = {key: value for key, value in (SYNCHRONOUS | table).items() if value is not None and key != "mean"}
     load = [{"on": "crank", "torque": -table.get("mean", 3000.0)}]
     with pytest.raises(SceneError, match=match):
-        flywheel.size(flywheel.load({"drive": {"motor": given}, "load": load, "flywheel": {"inertia": 300.0}}))
+        flywheel.size(flywheel.load({"drive": {"motor": inputs}, "load": load, "flywheel": {"inertia": 300.0}}))
 
 
 def test_no_balance_stands_beside_it():
@@ -561,18 +563,18 @@ def two_axis_scene(load=None, inertia=0.0, **motor):
 
 def test_free_acceleration_is_that_of_krause():
     """Section 4.10: the shaft's torque swings with the mains at first, up to eleven times the base torque of 11.9 N m."""
-    found = transient(two_axis_scene(), end=0.05, rtol=1e-8)
+    result = transient(two_axis_scene(), end=0.05, rtol=1e-8)
     times = np.linspace(0.0, 0.05, 2001)
     true = solve_ivp(
         lambda t, y: two_axis_by_hand(y, 0.0, 0.089)[0], (0.0, 0.05), np.zeros(5), "DOP853", times, rtol=1e-11, atol=1e-12
     ).y
-    assert found.omega == pytest.approx(true[4, -1], rel=1e-8)
-    assert [state[-1] for state in found.motion.states.values()] == pytest.approx(true[:4, -1].tolist(), abs=1e-8)
+    assert result.omega == pytest.approx(true[4, -1], rel=1e-8)
+    assert [state[-1] for state in result.motion.states.values()] == pytest.approx(true[:4, -1].tolist(), abs=1e-8)
     torques = np.array([two_axis_by_hand(y, 0.0, 0.089)[1] for y in true.T])
-    assert found.peaks.torque.value == pytest.approx(torques.max(), rel=1e-3)
-    assert found.peaks.torque.value > 11 * 11.9
+    assert result.peaks.torque.value == pytest.approx(torques.max(), rel=1e-3)
+    assert result.peaks.torque.value > 11 * 11.9
     heat = np.array([1.5 * 0.816 * ((TO_CURRENTS @ y[:4])[2:] ** 2).sum() for y in true.T])
-    assert found.energy.rotor_heat == pytest.approx(np.trapezoid(heat, times), rel=1e-4)
+    assert result.energy.rotor_heat == pytest.approx(np.trapezoid(heat, times), rel=1e-4)
 
 
 def test_states_that_stand_still_give_the_static_curve():
@@ -595,18 +597,18 @@ def test_slopes_are_those_of_torque_and_rates():
         assert slopes.torque_by_states[k] == pytest.approx(
             (circuit.torque(omega, more) - circuit.torque(omega, less)) / (2 * step)
         )
-        found = (np.array(circuit.rates(omega, more)) - circuit.rates(omega, less)) / (2 * step)
-        assert [row[k] for row in slopes.rates_by_states] == pytest.approx(found.tolist(), abs=1e-6)
-    found = (np.array(circuit.rates(omega + 0.1, states)) - circuit.rates(omega - 0.1, states)) / 0.2
-    assert slopes.rates_by_speed == pytest.approx(found.tolist(), abs=1e-9)
+        result = (np.array(circuit.rates(omega, more)) - circuit.rates(omega, less)) / (2 * step)
+        assert [row[k] for row in slopes.rates_by_states] == pytest.approx(result.tolist(), abs=1e-6)
+    result = (np.array(circuit.rates(omega + 0.1, states)) - circuit.rates(omega - 0.1, states)) / 0.2
+    assert slopes.rates_by_speed == pytest.approx(result.tolist(), abs=1e-9)
 
 
 @pytest.mark.slow
 def test_the_two_axis_regime_is_that_of_shooting():
     def cycle(start, points=None):
         def rates(phi, y):
-            found, _ = two_axis_by_hand(y[:5], -8.0 - 6.0 * math.sin(phi), 0.389)
-            return [*(found / y[4]), 1.0 / y[4]]
+            result, _ = two_axis_by_hand(y[:5], -8.0 - 6.0 * math.sin(phi), 0.389)
+            return [*(result / y[4]), 1.0 / y[4]]
 
         return solve_ivp(rates, (0.0, 2 * math.pi), [*start, 0.0], "DOP853", points, rtol=1e-11, atol=1e-12).y
 
@@ -646,12 +648,12 @@ def test_no_shaft_twists_beside_it():
 
 def test_a_name_plate_has_a_circuit():
     plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
-    given = {"power": 7500.0, "speed": 1450 * math.pi / 30, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
-    motor = Induction(**given, plate=plate)
-    found = TwoAxisInduction(**given, plate=plate, voltage=400.0, impedances=impedances_of(motor))
-    assert float(found.torque(motor.speed)) == pytest.approx(motor.rated.torque, rel=1e-9)
-    assert found.breakdown_torque == pytest.approx(motor.breakdown_torque, rel=1e-9)
-    circuit = found.circuit
+    inputs = {"power": 7500.0, "speed": 1450 * math.pi / 30, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
+    motor = Induction(**inputs, plate=plate)
+    result = TwoAxisInduction(**inputs, plate=plate, voltage=400.0, impedances=impedances_of(motor))
+    assert float(result.torque(motor.speed)) == pytest.approx(motor.rated.torque, rel=1e-9)
+    assert result.breakdown_torque == pytest.approx(motor.breakdown_torque, rel=1e-9)
+    circuit = result.circuit
     assert circuit.current(motor.speed, circuit.steady(motor.speed)) == pytest.approx(15.0, rel=1e-9)
 
 
@@ -666,18 +668,18 @@ def test_a_name_plate_has_a_circuit():
     ],
 )
 def test_what_a_two_axis_motor_cannot_be_is_refused(motor, match):
-    given = {key: value for key, value in (KRAUSE | motor).items() if value is not None}
+    inputs = {key: value for key, value in (KRAUSE | motor).items() if value is not None}
     with pytest.raises(SceneError, match=match):
-        flywheel.load({"drive": {"motor": given}, "flywheel": {"inertia": 1.0}})
+        flywheel.load({"drive": {"motor": inputs}, "flywheel": {"inertia": 1.0}})
 
 
 def test_the_current_at_a_constant_speed_is_that_of_the_circuit():
     """Phasors of a phase; the rated current of the plate at rated speed."""
     plate = Plate(voltage=400.0, current=15.0, power_factor=0.83, starting_current=6.5, no_load_current=7.0)
     data = {"power": 7500.0, "speed": 1450 * math.pi / 30, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
-    for told in (plate, Plate()):
+    for text in (plate, Plate()):
         z = impedances_of(Induction(**data, plate=plate))
-        motor = TwoAxisInduction(**data, plate=told, voltage=400.0, impedances=z)
+        motor = TwoAxisInduction(**data, plate=text, voltage=400.0, impedances=z)
         for speed in (0.0, 80.0, 150.0, motor.speed, 160.0, 200.0):
             branch = z.rotor_resistance / (1 - speed / motor.synchronous_speed) + 1j * z.rotor_reactance
             shunt = 1j * z.magnetizing_reactance

@@ -246,10 +246,10 @@ def test_a_start_on_the_ramp_follows_the_circuit_at_the_frequency_of_the_moment(
         return [driven, heat, gap, torque * y[0]] if y[0] > 0.0 or driven > 0.0 else [0.0, heat, gap, 0.0]
 
     free = brentq(lambda t: rotor_circuit(70.0 * t / 6.0, 0.0)[0] - 15.0, 1e-4, 0.5)  # when it breaks away
-    held = solve_ivp(lambda t, y: [0.0, *rotor_circuit(max(70.0 * t / 6.0, 1e-9), 0.0)[1:], 0.0], (0.0, free), [0.0] * 4,
+    state = solve_ivp(lambda t, y: [0.0, *rotor_circuit(max(70.0 * t / 6.0, 1e-9), 0.0)[1:], 0.0], (0.0, free), [0.0] * 4,
                      method="DOP853", rtol=1e-11, atol=1e-12)  # fmt: skip
-    found = solve_ivp(rates, (free, end), held.y[:, -1], method="DOP853", rtol=1e-11, atol=1e-10)
-    omega, heat, gap, shaft = found.y[:, -1]
+    result = solve_ivp(rates, (free, end), state.y[:, -1], method="DOP853", rtol=1e-11, atol=1e-10)
+    omega, heat, gap, shaft = result.y[:, -1]
     assert run.omega == pytest.approx(omega, rel=1e-8)
     assert run.energy.rotor_heat == pytest.approx(heat, rel=1e-7)
     assert run.energy.drive == pytest.approx(shaft, rel=1e-7)
@@ -270,8 +270,8 @@ def test_a_limit_on_the_ramp_is_that_of_the_frequency_of_the_moment(limit):
             omega = share * field
             assert float(at_times.torque(np.full(5, omega))[k]) == pytest.approx(float(own.torque(omega)), rel=1e-12)
             for name in ("slip_speed", "current_share", "rotor_heat", "constant_share"):
-                found = getattr(at_times, name)(np.full(5, omega))[k]
-                assert float(found) == pytest.approx(float(getattr(own, name)(omega)), rel=1e-9), name
+                result = getattr(at_times, name)(np.full(5, omega))[k]
+                assert float(result) == pytest.approx(float(getattr(own, name)(omega)), rel=1e-9), name
 
 
 def test_a_ramp_too_short_trips_by_overcurrent_when_the_current_comes_to_its_limit():
@@ -331,8 +331,8 @@ def test_a_synchronous_motor_starts_with_the_frequency_of_its_inverter(hertz, en
         driven = (torque - 20.0 - 0.0004 * y[0] * abs(y[0])) / 0.1
         return [driven, 2.0 * (field * share - y[0]), torque * y[0], power]
 
-    found = solve_ivp(rates, (0.0, end), [0.0] * 4, method="DOP853", rtol=1e-11, atol=1e-11)
-    omega, angle, work, taken = found.y[:, -1]
+    result = solve_ivp(rates, (0.0, end), [0.0] * 4, method="DOP853", rtol=1e-11, atol=1e-11)
+    omega, angle, work, taken = result.y[:, -1]
     assert run.omega == pytest.approx(omega, rel=1e-7)
     assert run.motion.states["load_angle"][-1] == pytest.approx(angle, abs=1e-6)
     assert run.energy.drive == pytest.approx(work, rel=1e-7)
@@ -350,11 +350,11 @@ def test_a_synchronous_motor_keeps_step_with_its_inverter(ramp):
         },
         "flywheel": {"inertia": 0.5},
     }
-    found = flywheel.size(flywheel.load(scene))
-    assert 2 * math.pi / found.energy.period == pytest.approx(30 * math.pi, rel=1e-9)
-    assert found.inverter.power == pytest.approx(found.power_flow.input, rel=1e-6)
-    assert found.inverter.current is None
-    assert found.inverter.trips == ()
+    result = flywheel.size(flywheel.load(scene))
+    assert 2 * math.pi / result.energy.period == pytest.approx(30 * math.pi, rel=1e-9)
+    assert result.inverter.power == pytest.approx(result.power_flow.input, rel=1e-6)
+    assert result.inverter.current is None
+    assert result.inverter.trips == ()
 
 
 # By the fluxes of a circuit.
@@ -396,33 +396,33 @@ def test_a_start_by_two_axes_is_that_of_the_phases_in_the_frame_of_the_stator(he
         heat, taken = 1.224 * abs(inner) ** 2, 1.5 * (volts.conjugate() * current).real
         return [first.real, first.imag, second.real, second.imag, driven, math.tau * here, heat, torque * omega, taken]
 
-    found = solve_ivp(rates, (0.0, end), [0.0] * 9, method="DOP853", rtol=1e-10, atol=1e-11, dense_output=True)
-    assert run.omega == pytest.approx(found.y[4, -1], rel=1e-7)
-    assert run.energy.rotor_heat == pytest.approx(found.y[6, -1], rel=1e-7)
-    assert run.energy.drive == pytest.approx(found.y[7, -1], rel=1e-7)
+    result = solve_ivp(rates, (0.0, end), [0.0] * 9, method="DOP853", rtol=1e-10, atol=1e-11, dense_output=True)
+    assert run.omega == pytest.approx(result.y[4, -1], rel=1e-7)
+    assert run.energy.rotor_heat == pytest.approx(result.y[6, -1], rel=1e-7)
+    assert run.energy.drive == pytest.approx(result.y[7, -1], rel=1e-7)
 
     def current_share(t: float) -> float:
-        y = found.sol(t)
+        y = result.sol(t)
         current = (ls * complex(y[0], y[1]) - lm * complex(y[2], y[3])) / lost
         return abs(current) / math.sqrt(2.0) / run.scene.motor.rated_current
 
-    told = [line for line in run.messages if "overcurrent" in line]
+    text = [line for line in run.messages if "overcurrent" in line]
     peak = max(current_share(t) for t in np.linspace(0.0, end, 600))
-    assert bool(told) == (peak > 2.0)
-    if told:
-        assert current_share(float(told[0].split("after ")[1].split(" s")[0])) == pytest.approx(2.0, rel=2e-3)
+    assert bool(text) == (peak > 2.0)
+    if text:
+        assert current_share(float(text[0].split("after ")[1].split(" s")[0])) == pytest.approx(2.0, rel=2e-3)
 
 
 def test_a_steady_cycle_by_two_axes_takes_what_its_shaft_and_its_windings_take():
-    found = flywheel.size(by_axes({"frequency": "45 Hz"}, "-6 - 4*sin(phi)"), simulate=False)
+    result = flywheel.size(by_axes({"frequency": "45 Hz"}, "-6 - 4*sin(phi)"), simulate=False)
     ramped = flywheel.size(by_axes({"frequency": "45 Hz", "ramp": "2 s"}, "-6 - 4*sin(phi)"), simulate=False)
-    energy, load = found.energy, found.inverter
+    energy, load = result.energy, result.inverter
     assert load.power == pytest.approx(energy.mean_power + energy.rotor_heat + energy.stator_heat, rel=1e-8)
     assert load.trips == ()
-    assert load.current == pytest.approx(energy.current_peak / found.scene.motor.rated_current, rel=1e-6)
-    assert ramped.run.irregularity == pytest.approx(found.run.irregularity, rel=1e-7)
+    assert load.current == pytest.approx(energy.current_peak / result.scene.motor.rated_current, rel=1e-6)
+    assert ramped.run.irregularity == pytest.approx(result.run.irregularity, rel=1e-7)
     assert ramped.inverter.power == pytest.approx(load.power, rel=1e-7)
-    assert found.scene.motor.rated_heat == pytest.approx(float(found.scene.motor.on_mains.rotor_heat(1710 * RPM)))
+    assert result.scene.motor.rated_heat == pytest.approx(float(result.scene.motor.on_mains.rotor_heat(1710 * RPM)))
 
 
 @pytest.mark.parametrize(

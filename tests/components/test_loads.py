@@ -67,8 +67,8 @@ def test_the_expression_is_the_formula(space, outward):
     x = space.near + (space.far - space.near) * share
     velocity = np.full(x.shape, (1.0 if space.far > space.near else -1.0) * (1 if outward else -1))
     law = indicator_law(LOOP, space, 1e5)
-    wanted = gas_force(indicated_pressure(share, np.full(x.shape, outward), LOOP), space, 1e5)
-    assert law.evaluate({"x": x, "v": velocity}, np) == pytest.approx(wanted, rel=1e-12, abs=1e-6)
+    expected = gas_force(indicated_pressure(share, np.full(x.shape, outward), LOOP), space, 1e5)
+    assert law.evaluate({"x": x, "v": velocity}, np) == pytest.approx(expected, rel=1e-12, abs=1e-6)
     assert not law.uses_speed
     assert law.switches_on_velocity
 
@@ -133,9 +133,9 @@ def test_the_running_branch_begins_where_full_load_begins_to_fall():
     ],
 )
 def test_engines_that_cannot_be(change, path):
-    given = {"speed": 205.0, "full_load": FULL_LOAD, "droop": 0.06, "idle": 75.0, "braking_torque": 100.0}
+    inputs = {"speed": 205.0, "full_load": FULL_LOAD, "droop": 0.06, "idle": 75.0, "braking_torque": 100.0}
     with pytest.raises(SceneError) as caught:
-        Engine(**given | change)
+        Engine(**inputs | change)
     assert [fault.path for fault in caught.value.faults] == [path]
 
 
@@ -201,11 +201,11 @@ def test_the_expression_is_the_formula_compressors(cycle, near_far):
     x = near + (far - near) * share
     for outward in (True, False):
         velocity = np.full(x.shape, (far - near) * (1 if outward else -1))
-        wanted = gas_force(cylinder_pressure(share, outward, cycle), spaces[0])
-        assert compressor_law(cycle, spaces[:1]).evaluate({"x": x, "v": velocity}, np) == pytest.approx(wanted, rel=1e-11)
-        wanted = wanted + gas_force(cylinder_pressure(1 - share, not outward, cycle), spaces[1])
+        expected = gas_force(cylinder_pressure(share, outward, cycle), spaces[0])
+        assert compressor_law(cycle, spaces[:1]).evaluate({"x": x, "v": velocity}, np) == pytest.approx(expected, rel=1e-11)
+        expected = expected + gas_force(cylinder_pressure(1 - share, not outward, cycle), spaces[1])
         law = compressor_law(cycle, spaces)
-        assert law.evaluate({"x": x, "v": velocity}, np) == pytest.approx(wanted, rel=1e-10, abs=1e-6)
+        assert law.evaluate({"x": x, "v": velocity}, np) == pytest.approx(expected, rel=1e-10, abs=1e-6)
         assert not law.uses_speed
 
 
@@ -227,8 +227,8 @@ SPEEDS = np.array([-30.0, -1.5, -1e-6, 1e-6, 0.3, 2.0, 80.0])
     ],
 )
 def test_the_expression_is_the_formula_resistance(law, variable):
-    found = resistance_law(law, variable).evaluate({"omega": SPEEDS, "v": SPEEDS}, np)
-    assert found == pytest.approx(resistance(SPEEDS, law), rel=1e-15)
+    result = resistance_law(law, variable).evaluate({"omega": SPEEDS, "v": SPEEDS}, np)
+    assert result == pytest.approx(resistance(SPEEDS, law), rel=1e-15)
     assert np.all(resistance(SPEEDS, law) * SPEEDS < 0)
 
 
@@ -289,8 +289,8 @@ def test_the_expression_is_the_formula_press_loads(shape, overtravel, high):
     way_left = np.array([0.03, 0.0161, 0.0159, 0.0121, 0.0119, 0.008, 0.0041, 0.0039, 0.001, 1e-5])
     law = press_law(press, end, high)
     at = {"x": end - sign * way_left, "v": np.full(way_left.shape, float(sign))}
-    wanted = -sign * press_force(press.travel + overtravel - way_left, press)
-    assert law.evaluate(at, np) == pytest.approx(wanted, rel=1e-12)
+    expected = -sign * press_force(press.travel + overtravel - way_left, press)
+    assert law.evaluate(at, np) == pytest.approx(expected, rel=1e-12)
     assert not np.any(law.evaluate(at | {"v": -at["v"]}, np))
     assert not law.uses_speed
 
@@ -313,9 +313,9 @@ def test_the_torque_on_a_shaft_gives_the_energy_over_its_window(shape, window):
 def test_khurmi_16_22_energy_of_a_hole():
     """40 mm through 15 mm at 6 J/mm²: its flywheel gives what the motor does not in 0.1 s of 2 s, from 160 to 140 rpm."""
     energy = 6e6 * sheared_area(0.015, np.pi * 0.04)
-    given = energy * (1 - 0.1 / 2.0)
+    inputs = energy * (1 - 0.1 / 2.0)
     high, low = 160 * np.pi / 30, 140 * np.pi / 30
-    assert given / (0.5 * (high**2 - low**2)) == pytest.approx(326.58594322456935, rel=1e-12)
+    assert inputs / (0.5 * (high**2 - low**2)) == pytest.approx(326.58594322456935, rel=1e-12)
 
 
 # Presses: strokes, rates and clutches, against energy and momentum kept by hand.
@@ -447,40 +447,40 @@ def gauss(n=200):
 def test_powers_with_and_without_a_flywheel():
     phi, weights = gauss()
     omega, load = 20 + 2 * np.cos(phi), -(50 + 30 * np.sin(phi))
-    found = energy.of_cycle(omega, 50.0, load, weights)
+    result = energy.of_cycle(omega, 50.0, load, weights)
     period = 2 * pi / np.sqrt(20**2 - 2**2)  # the integral of dphi/(a + b cos phi)
-    assert found.period == pytest.approx(period, rel=1e-13)
-    assert found.work == pytest.approx(100 * pi, rel=1e-13)
-    assert found.mean_power == pytest.approx(100 * pi / period, rel=1e-13)
-    assert found.peak_power == pytest.approx(50 * 22, rel=1e-3)
-    assert found.mean_power_alone == pytest.approx(50 * 20, rel=1e-4)
-    assert found.peak_to_mean_alone == pytest.approx(80 / 50, rel=1e-3)
+    assert result.period == pytest.approx(period, rel=1e-13)
+    assert result.work == pytest.approx(100 * pi, rel=1e-13)
+    assert result.mean_power == pytest.approx(100 * pi / period, rel=1e-13)
+    assert result.peak_power == pytest.approx(50 * 22, rel=1e-3)
+    assert result.mean_power_alone == pytest.approx(50 * 20, rel=1e-4)
+    assert result.peak_to_mean_alone == pytest.approx(80 / 50, rel=1e-3)
 
 
 def test_points_without_weight_count_for_peaks_alone():
     phi, weights = gauss()
     ends = np.append(phi, [0.0, pi / 2])
     loads = -(50 + 30 * np.sin(ends))
-    found = energy.of_cycle(20 + 2 * np.cos(ends), 50.0, loads, np.append(weights, [0.0, 0.0]), speed=20.0)
-    assert found.work == pytest.approx(100 * pi, rel=1e-13)
-    assert found.peak_power == 1100.0
-    assert found.peak_power_alone == 1600.0
-    assert found.mean_power_alone == pytest.approx(1000.0, rel=1e-13)
+    result = energy.of_cycle(20 + 2 * np.cos(ends), 50.0, loads, np.append(weights, [0.0, 0.0]), speed=20.0)
+    assert result.work == pytest.approx(100 * pi, rel=1e-13)
+    assert result.peak_power == 1100.0
+    assert result.peak_power_alone == 1600.0
+    assert result.mean_power_alone == pytest.approx(1000.0, rel=1e-13)
 
 
 def test_a_motor_that_brakes_has_powers_below_zero():
-    found = energy.of_cycle([10.0, 10.0], -3.0, [6.0, 0.0], [pi, pi])
-    assert (found.mean_power, found.peak_power) == pytest.approx((-30.0, -30.0))
-    assert found.peak_power_alone == -60.0
-    assert found.peak_to_mean == pytest.approx(1.0)
-    assert found.peak_to_mean_alone == pytest.approx(2.0)
+    result = energy.of_cycle([10.0, 10.0], -3.0, [6.0, 0.0], [pi, pi])
+    assert (result.mean_power, result.peak_power) == pytest.approx((-30.0, -30.0))
+    assert result.peak_power_alone == -60.0
+    assert result.peak_to_mean == pytest.approx(1.0)
+    assert result.peak_to_mean_alone == pytest.approx(2.0)
 
 
 def test_no_mean_power_gives_no_ratio():
-    found = energy.of_cycle([10.0, 10.0], 0.0, [6.0, -6.0], [pi, pi])
-    assert found.peak_to_mean is None
-    assert found.peak_to_mean_alone is None
-    assert found.as_dict()["kilowatt_hours"] == 0.0
+    result = energy.of_cycle([10.0, 10.0], 0.0, [6.0, -6.0], [pi, pi])
+    assert result.peak_to_mean is None
+    assert result.peak_to_mean_alone is None
+    assert result.as_dict()["kilowatt_hours"] == 0.0
 
 
 def test_the_exam_of_march_2010():
@@ -489,12 +489,12 @@ def test_the_exam_of_march_2010():
     once = pi / 2 * (nodes + 1)
     weights = np.concatenate((pi / 2 * halves, pi / 2 * halves))
     load = np.concatenate((-750.0 * 0.3 * np.sin(once), np.zeros(40)))
-    found = energy.of_cycle(np.full(80, 7 * pi), 225 / pi, load, weights)
-    assert found.work == pytest.approx(450.0, rel=1e-14)
-    assert found.mean_power == pytest.approx(1575.0, rel=1e-13)
-    assert energy.kilocalories(found.mean_power, 1800.0, 4.18) == pytest.approx(678.2297, abs=5e-5)
-    assert found.as_dict()["kilowatt_hours"] == pytest.approx(1.575, rel=1e-13)
-    assert found.peak_to_mean_alone == pytest.approx(pi, rel=1e-2)
+    result = energy.of_cycle(np.full(80, 7 * pi), 225 / pi, load, weights)
+    assert result.work == pytest.approx(450.0, rel=1e-14)
+    assert result.mean_power == pytest.approx(1575.0, rel=1e-13)
+    assert energy.kilocalories(result.mean_power, 1800.0, 4.18) == pytest.approx(678.2297, abs=5e-5)
+    assert result.as_dict()["kilowatt_hours"] == pytest.approx(1.575, rel=1e-13)
+    assert result.peak_to_mean_alone == pytest.approx(pi, rel=1e-2)
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def by_search(shafts, stages, root, direction):
     """Every consistent motion: unknown accelerations and mesh torques as one linear system for each choice of directions."""
     names = list(shafts)
     n, m = len(names), len(stages)
-    found = []
+    result = []
     for choice in itertools.product((True, False), repeat=m):
         matrix, right = np.zeros((n + m, n + m)), np.zeros(n + m)
         for i, name in enumerate(names):
@@ -75,8 +75,8 @@ def by_search(shafts, stages, root, direction):
             matrix[n + k, far], matrix[n + k, near] = 1.0, -stage.ratio
         solved = np.linalg.solve(matrix, right)
         if all((tau * direction >= 0.0) == forward for tau, forward in zip(solved[n:], choice, strict=True)):
-            found.append(solved[names.index(root)])
-    return found
+            result.append(solved[names.index(root)])
+    return result
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -234,27 +234,27 @@ def grains(rng, dimensions, count=40):
     return masses, places, tensor
 
 
-def assert_complete(found, body_masses, body_places):
+def assert_complete(result, body_masses, body_places):
     """The same mass, centre and kinetic energy in any motion as the grains."""
-    assert found.complete
-    assert not any("static" in message for message in found.messages)
-    scale = np.abs(found.masses).sum()
-    assert_allclose(found.masses.sum(), body_masses.sum(), rtol=0, atol=1e-13 * scale)
-    assert_allclose(found.masses @ found.places, 0.0, atol=1e-12 * scale * np.abs(found.places).max())
-    seconds = [np.einsum("i,ij,ik", m, p, p) for m, p in ((found.masses, found.places), (body_masses, body_places))]
-    if found.places.shape[1] < 3:
+    assert result.complete
+    assert not any("static" in message for message in result.messages)
+    scale = np.abs(result.masses).sum()
+    assert_allclose(result.masses.sum(), body_masses.sum(), rtol=0, atol=1e-13 * scale)
+    assert_allclose(result.masses @ result.places, 0.0, atol=1e-12 * scale * np.abs(result.places).max())
+    seconds = [np.einsum("i,ij,ik", m, p, p) for m, p in ((result.masses, result.places), (body_masses, body_places))]
+    if result.places.shape[1] < 3:
         seconds = [np.trace(second) for second in seconds]
-    assert_allclose(*seconds, atol=1e-12 * scale * np.abs(found.places).max() ** 2)
+    assert_allclose(*seconds, atol=1e-12 * scale * np.abs(result.places).max() ** 2)
 
 
 def test_three_on_a_line_are_the_printed_formula():
     m, inertia, r_a, r_b = 7.0, 0.9, 0.3, 0.8
-    found = three_masses(m, inertia, r_a, r_b)
+    result = three_masses(m, inertia, r_a, r_b)
     printed = [inertia / (r_a * (r_a + r_b)), inertia / (r_b * (r_a + r_b)), m - inertia / (r_a * r_b)]
-    assert_allclose(found.masses, printed, rtol=1e-14)
-    assert_allclose(found.places[:, 0], [-r_a, r_b, 0.0])
-    assert found.complete
-    assert found.messages == ()
+    assert_allclose(result.masses, printed, rtol=1e-14)
+    assert_allclose(result.places[:, 0], [-r_a, r_b, 0.0])
+    assert result.complete
+    assert result.messages == ()
 
 
 @pytest.mark.parametrize("count", [3, 4, 10])
@@ -270,13 +270,13 @@ def test_random_bodies(rng, count):
 def test_static_sets_keep_mass_and_centre_and_own_up_to_inertia(rng, count):
     dimensions = count - 1
     masses, _, inertia = grains(rng, dimensions)
-    found = equivalent_masses(masses.sum(), inertia, rng.normal(size=(count, dimensions)))
-    assert not found.complete
-    assert found.residual.mass == pytest.approx(0.0, abs=1e-12)
-    assert_allclose(found.residual.centre, 0.0, atol=1e-12)
-    own = compare(found.masses, found.places, masses.sum(), np.zeros_like(inertia)).inertia
-    assert_allclose(found.residual.inertia, own - inertia, atol=1e-12)
-    assert any("static equivalence only" in message for message in found.messages)
+    result = equivalent_masses(masses.sum(), inertia, rng.normal(size=(count, dimensions)))
+    assert not result.complete
+    assert result.residual.mass == pytest.approx(0.0, abs=1e-12)
+    assert_allclose(result.residual.centre, 0.0, atol=1e-12)
+    own = compare(result.masses, result.places, masses.sum(), np.zeros_like(inertia)).inertia
+    assert_allclose(result.residual.inertia, own - inertia, atol=1e-12)
+    assert any("static equivalence only" in message for message in result.messages)
 
 
 def test_two_masses_agree_at_the_centre_of_percussion_alone():
@@ -285,63 +285,63 @@ def test_two_masses_agree_at_the_centre_of_percussion_alone():
     assert two_masses(m, inertia, r_a).complete
     assert two_masses(m, inertia, r_a, r_b).masses == pytest.approx(three_masses(m, inertia, r_a, r_b).masses[:2])
     for forced in (0.5 * r_b, 2 * r_b):
-        found = two_masses(m, inertia, r_a, forced)
-        assert not found.complete
-        assert found.residual.inertia == pytest.approx(m * (r_a * forced - inertia / m))
-        assert ("too great by" if forced > r_b else "too small by") in found.messages[0]
+        result = two_masses(m, inertia, r_a, forced)
+        assert not result.complete
+        assert result.residual.inertia == pytest.approx(m * (r_a * forced - inertia / m))
+        assert ("too great by" if forced > r_b else "too small by") in result.messages[0]
 
 
 def test_correction_couple_is_what_the_two_masses_lack_about_their_centre():
     """A uniform rod turned from rest about its centre: the masses' own forces, and the couple, make up -I alpha."""
     m, inertia, r_a, r_b, alpha = 3.0, 0.25, 0.5, 0.5, 7.0
-    found = two_masses(m, inertia, r_a, r_b)
-    of_masses = -sum(mass * place**2 * alpha for mass, place in zip(found.masses, found.places[:, 0], strict=True))
-    assert of_masses + correction_couple(found.residual, alpha) == pytest.approx(-inertia * alpha)
+    result = two_masses(m, inertia, r_a, r_b)
+    of_masses = -sum(mass * place**2 * alpha for mass, place in zip(result.masses, result.places[:, 0], strict=True))
+    assert of_masses + correction_couple(result.residual, alpha) == pytest.approx(-inertia * alpha)
 
 
 def test_correction_couple_in_space_is_eulers(rng):
     masses, places, tensor = grains(rng, 3)
-    found = equivalent_masses(masses.sum(), tensor, rng.normal(size=(4, 3)))
+    result = equivalent_masses(masses.sum(), tensor, rng.normal(size=(4, 3)))
     alpha, omega = rng.normal(size=3), rng.normal(size=3)
 
     def inertia_couple(m, p):
         acceleration = np.cross(alpha, p) + np.cross(omega, np.cross(omega, p))
         return -np.cross(p, m[:, None] * acceleration).sum(axis=0)
 
-    couple = correction_couple(found.residual, alpha, omega)
-    assert_allclose(inertia_couple(found.masses, found.places) + couple, inertia_couple(masses, places), rtol=1e-11)
+    couple = correction_couple(result.residual, alpha, omega)
+    assert_allclose(inertia_couple(result.masses, result.places) + couple, inertia_couple(masses, places), rtol=1e-11)
 
 
 def test_ten_masses_choose_their_points(rng):
     for _ in range(6):
         masses, places, tensor = grains(rng, 3)
-        found = ten_masses(masses.sum(), tensor)
-        assert_complete(found, masses, places)
-        assert_allclose(found.masses[1:3].sum() + found.masses[8:].sum(), masses.sum() / 3, rtol=1e-10)
-        assert (found.masses[7:] > 0).all()
+        result = ten_masses(masses.sum(), tensor)
+        assert_complete(result, masses, places)
+        assert_allclose(result.masses[1:3].sum() + result.masses[8:].sum(), masses.sum() / 3, rtol=1e-10)
+        assert (result.masses[7:] > 0).all()
 
 
 def test_a_plate_has_no_reach_across():
-    found = ten_masses(6.0, np.diag([0.2, 0.3, 0.5]))
-    assert found.complete
-    assert_allclose(found.masses[5:], 0.0, atol=1e-12)
-    assert np.abs(found.places[5:, 2]).min() == 0.0
-    assert np.abs(found.places[5, 2]) > 0.1
+    result = ten_masses(6.0, np.diag([0.2, 0.3, 0.5]))
+    assert result.complete
+    assert_allclose(result.masses[5:], 0.0, atol=1e-12)
+    assert np.abs(result.places[5:, 2]).min() == 0.0
+    assert np.abs(result.places[5, 2]) > 0.1
 
 
 def test_ten_masses_at_30_digits(rng):
     masses, _, tensor = grains(rng, 3)
     where = rng.normal(size=(10, 3))
-    found = equivalent_masses(masses.sum(), tensor, where).masses
+    result = equivalent_masses(masses.sum(), tensor, where).masses
     with mp.workdps(30):
         rows = [
             [1, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -y * z, -x * z, -x * y]
             for x, y, z in (map(mp.mpf, place) for place in where.tolist())
         ]
         i = tensor.tolist()
-        wanted = [float(masses.sum()), 0, 0, 0, i[0][0], i[1][1], i[2][2], i[1][2], i[0][2], i[0][1]]
-        true = mp.lu_solve(mp.matrix(rows).T, mp.matrix(wanted))
-    assert_allclose(found, np.array(true.tolist(), dtype=float)[:, 0], rtol=1e-10)
+        expected = [float(masses.sum()), 0, 0, 0, i[0][0], i[1][1], i[2][2], i[1][2], i[0][2], i[0][1]]
+        true = mp.lu_solve(mp.matrix(rows).T, mp.matrix(expected))
+    assert_allclose(result, np.array(true.tolist(), dtype=float)[:, 0], rtol=1e-10)
 
 
 @pytest.mark.parametrize(("count", "dimensions", "conditions"), [(4, 1, 3), (9, 1, 3), (5, 2, 4), (8, 2, 4), (13, 3, 10)])
@@ -351,11 +351,11 @@ def test_all_but_as_many_as_conditions_are_chosen(rng, count, dimensions, condit
     points = rng.normal(size=(count, dimensions))
     picked = rng.permutation(count)[: count - conditions]
     chosen = {int(k): float(m) for k, m in zip(picked, rng.uniform(0.1, 2.0, picked.size), strict=True)}
-    found = equivalent_masses(float(masses.sum()), inertia, points, chosen)
-    assert_complete(found, masses, places)
-    assert found.masses[picked].tolist() == [chosen[int(k)] for k in picked]
-    scale = np.abs(found.masses) @ (1.0 + (points**2).sum(axis=1))
-    gaps = np.abs(found.residual.mass), *np.abs(found.residual.centre), *np.abs(found.residual.inertia).flat
+    result = equivalent_masses(float(masses.sum()), inertia, points, chosen)
+    assert_complete(result, masses, places)
+    assert result.masses[picked].tolist() == [chosen[int(k)] for k in picked]
+    scale = np.abs(result.masses) @ (1.0 + (points**2).sum(axis=1))
+    gaps = np.abs(result.residual.mass), *np.abs(result.residual.centre), *np.abs(result.residual.inertia).flat
     assert max(gaps) < 1e-15 * scale
 
 
@@ -392,10 +392,10 @@ def test_choices_that_decide_nothing_are_refused(places, chosen, text):
 
 
 def test_negative_masses_are_reported():
-    found = three_masses(1.0, 0.5, 0.3, 0.4)
-    assert found.masses[2] < 0
-    assert found.complete
-    assert "mass 3 is negative" in found.messages[0]
+    result = three_masses(1.0, 0.5, 0.3, 0.4)
+    assert result.masses[2] < 0
+    assert result.complete
+    assert "mass 3 is negative" in result.messages[0]
 
 
 def four_bar(coupler, *extra):
@@ -423,10 +423,10 @@ def test_a_four_bar_cannot_tell_its_coupler_from_three_masses():
 def test_with_two_masses_a_four_bar_is_out_by_their_inertia():
     m, inertia, com = 4.0, 0.03, 0.2
     true = four_bar({"mass": m, "inertia": inertia, "com": com})
-    found = two_masses(m, inertia, com, 0.45 - com)
-    m_a, m_b = found.masses.tolist()
+    result = two_masses(m, inertia, com, 0.45 - com)
+    m_a, m_b = result.masses.tolist()
     forced = four_bar({}, {"on": "crank", "value": m_a * 0.15**2}, {"on": "rocker", "value": m_b * 0.35**2})
-    excess = found.residual.inertia * true.gains["four-bar.coupler"] ** 2
+    excess = result.residual.inertia * true.gains["four-bar.coupler"] ** 2
     assert_allclose(forced.inertia, true.inertia + excess, rtol=1e-12)
     assert (excess / true.inertia).max() > 0.05
 
@@ -530,11 +530,11 @@ def test_a_cart_with_a_pendulum_in_symbols():
         _, m1, _, _, m2, i2, c2, g = cart.parameters
         (x, a), (force, torque) = cart.q, cart.torques
         xdd, ad, add = x.diff(cart.t, 2), a.diff(cart.t), a.diff(cart.t, 2)
-        wanted = (
+        expected = (
             (m1 + m2) * xdd - m2 * c2 * (add * sp.cos(a) - ad**2 * sp.sin(a)),
             (i2 + m2 * c2**2) * add - m2 * c2 * xdd * sp.cos(a) - m2 * g * c2 * sp.sin(a),
         )
-        assert [sp.expand(left - side) for left, side in zip(cart.left, wanted, strict=True)] == [0, 0]
+        assert [sp.expand(left - side) for left, side in zip(cart.left, expected, strict=True)] == [0, 0]
         assert cart.right == (force, torque)
 
 
@@ -605,11 +605,11 @@ def test_kinetic_energy_is_half_of_momentum_times_speed():
 def test_the_determinant_keeps_its_digits_where_the_arm_is_straight():
     """A heavy second bar whose inertia is nearly all about the elbow: A C and B² agree to 12 digits."""
     arm = TwoLinkArm(Bar(1.0, 1e-6, 0.0, 1e-3), Bar(1.0, 1.0, 1e-6, 1.0), gravity=0.0)
-    found = accelerations(arm, [0.3, 0.3], [0.0, 0.0], [1.0, 0.0])
+    result = accelerations(arm, [0.3, 0.3], [0.0, 0.0], [1.0, 0.0])
     with mp.workdps(40):
         a, b, c = mp.mpf(1e-6) * mp.mpf(1e-3) ** 2 + 1, mp.mpf(1), mp.mpf(1e-6) + 1
         exact = [float(v / (a * c - b * b)) for v in (c, -b)]
-    assert_allclose(found, exact, rtol=1e-12)
+    assert_allclose(result, exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -695,8 +695,8 @@ def test_torques_from_a_motion_bring_that_motion_about():
         ARM, *wanted(0.0)[:2], 1.0, torques=lambda t, q, qdot: driving_torques(ARM, *wanted(t)), rtol=1e-12
     )
     times = np.linspace(0, 1, 7)
-    for found, asked in zip(motion.at(times), wanted(times), strict=False):
-        assert_allclose(found, asked, atol=1e-6)
+    for result, request in zip(motion.at(times), wanted(times), strict=False):
+        assert_allclose(result, request, atol=1e-6)
     assert_allclose(motion.at(motion.t)[0], motion.q, atol=1e-13)
     assert motion.energy_residual < 1e-10
     assert np.abs(motion.work).max() > 1.0

@@ -97,8 +97,8 @@ def test_no_load_speed_is_where_torque_ends(motor):
 @pytest.mark.parametrize("motor", RUNNING.values(), ids=RUNNING)
 def test_speed_at_a_torque_lies_on_the_running_branch(motor):
     speeds = inside(motor, 15)
-    found = [motor.speed_at(float(torque)) for torque in motor.torque(speeds)]
-    np.testing.assert_allclose(found, speeds, rtol=1e-12, atol=1e-12)
+    result = [motor.speed_at(float(torque)) for torque in motor.torque(speeds)]
+    np.testing.assert_allclose(result, speeds, rtol=1e-12, atol=1e-12)
     if motor.breakdown is not None:
         assert motor.speed_at(motor.breakdown.torque * (1 + 1e-9)) is None
         assert motor.speed_at(motor.breakdown.torque * (1 - 1e-9)) == pytest.approx(motor.breakdown.speed, rel=1e-4)
@@ -229,8 +229,8 @@ def test_many_rows_make_a_shallow_tree():
     ],
 )
 def test_no_load_speed(torques, interpolation, expected):
-    found = curve(torques=torques, interpolation=interpolation).no_load_speed
-    assert found is expected is None or found == pytest.approx(expected, rel=1e-14)
+    result = curve(torques=torques, interpolation=interpolation).no_load_speed
+    assert result is expected is None or result == pytest.approx(expected, rel=1e-14)
 
 
 def test_no_load_speed_of_cubics():
@@ -478,9 +478,9 @@ def test_a_press_runs_on_oil():
         },
         "flywheel": {"irregularity": "4 %"},
     }
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.scene.motor.flow == pytest.approx(0.006, rel=1e-15)
-    assert found.energy.mean_power == pytest.approx(300 * math.pi / 2 / found.energy.period, rel=1e-9)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.scene.motor.flow == pytest.approx(0.006, rel=1e-15)
+    assert result.energy.mean_power == pytest.approx(300 * math.pi / 2 / result.energy.period, rel=1e-9)
 
 
 @pytest.mark.parametrize(

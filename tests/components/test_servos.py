@@ -45,8 +45,8 @@ inertia = 0
 RATED, REST, LAST = 300 * math.pi / 3, 10.0, 5000 * RPM
 
 
-def scene(load=30, peak=30, corner=2500, asked=1500, inertia=0.05, more=""):
-    motor = MOTOR.format(peak=peak, corner=corner, asked=asked)
+def scene(load=30, peak=30, corner=2500, request=1500, inertia=0.05, more=""):
+    motor = MOTOR.format(peak=peak, corner=corner, asked=request)
     return flywheel.load(SCENE.format(load=load, motor=motor, inertia=inertia, more=more))
 
 
@@ -54,10 +54,10 @@ def limit(omega, peak, corner):
     return min(peak, max(0.0, peak * (LAST - abs(omega)) / (LAST - corner * RPM)))
 
 
-def hand(omega, peak=30.0, corner=2500, asked=1500):
+def hand(omega, peak=30.0, corner=2500, request=1500):
     """Torque by the definition of the drive, at its shaft."""
     most = limit(omega, peak, corner)
-    return min(most, max(-most, 8.0 / (0.01 * asked * RPM) * (asked * RPM - omega)))
+    return min(most, max(-most, 8.0 / (0.01 * request * RPM) * (request * RPM - omega)))
 
 
 def continuous(omega):
@@ -71,7 +71,7 @@ def continuous(omega):
     ),  # cut off, free, beyond the corner
 )
 def test_a_cycle_is_that_of_the_equation_of_motion(load, peak, corner, asked, inertia):
-    found = flywheel.size(scene(load, peak, corner, asked, inertia))
+    result = flywheel.size(scene(load, peak, corner, asked, inertia))
     whole = inertia + 25 * 8e-4
 
     def rates(phi, y):
@@ -89,20 +89,20 @@ def test_a_cycle_is_that_of_the_equation_of_motion(load, peak, corner, asked, in
     begin = brentq(lambda w: cycle(w).y[0, -1] - w, 0.6 * idle, idle, xtol=1e-12)
     run = cycle(begin)
     time, turned, square, heat, work = run.y[1:, -1]
-    servo, energy = found.servo, found.energy
+    servo, energy = result.servo, result.energy
     assert servo.mean_speed == pytest.approx(turned / time, rel=1e-9)
     assert servo.rms_torque == pytest.approx(math.sqrt(square / time), rel=1e-7)
     assert servo.continuous_share == pytest.approx(servo.rms_torque / continuous(turned / time), rel=1e-7)
     assert energy.copper_heat == pytest.approx(heat / time, rel=1e-7)
-    assert found.inverter.power == pytest.approx((work + heat) / time, rel=1e-7)
+    assert result.inverter.power == pytest.approx((work + heat) / time, rel=1e-7)
     shares = [abs(hand(5 * w, peak, corner, asked)) / limit(5 * w, peak, corner) for w in run.y[0]]
     assert servo.peak_share == pytest.approx(max(shares), abs=2e-4)
-    assert servo.at_peak == (max(shares) == 1.0) == any("PEAK CURVE" in line for line in found.messages)
+    assert servo.at_peak == (max(shares) == 1.0) == any("PEAK CURVE" in line for line in result.messages)
     at = run.t[int(np.argmax(np.array(shares) >= (1.0 if servo.at_peak else max(shares))))]
     assert servo.peak_angle == pytest.approx(at, abs=0.03)
     assert servo.peak_speed == pytest.approx(5 * float(np.interp(servo.peak_angle, run.t, run.y[0])), rel=1e-4)
     assert servo.inertia_ratio == pytest.approx(inertia / 25 / 8e-4, rel=1e-12)
-    assert any("hard to damp" in line for line in found.messages) == (servo.inertia_ratio > 10)
+    assert any("hard to damp" in line for line in result.messages) == (servo.inertia_ratio > 10)
 
 
 PHASES = """
@@ -130,7 +130,7 @@ def test_a_duty_warms_the_windings_as_the_losses_of_its_motion_do():
     duty = flywheel.load(
         SCENE.format(load=30, motor=MOTOR.format(peak=30, corner=2500, asked=1500), inertia=0.4, more=more) + PHASES
     )
-    found, whole = flywheel.size(duty), 0.4 + 25 * 8e-4
+    result, whole = flywheel.size(duty), 0.4 + 25 * 8e-4
 
     def rates(t, y, load):
         torque, omega = hand(5 * y[1]), 5 * y[1]
@@ -148,9 +148,9 @@ def test_a_duty_warms_the_windings_as_the_losses_of_its_motion_do():
             ends.append(float(rises.sum()))
         rises, speed = rises * np.exp([-0.5 * 3 / 20, -3 / 3]), 31.2
         ends.append(float(rises.sum()))
-    error = found.temperature.error * found.temperature.greatest
-    assert abs(found.temperature.greatest - top) < error < 0.03 * top
-    assert all(abs(rise - end) < error for (_, rise), end in zip(found.temperature.phases, ends, strict=True))
+    error = result.temperature.error * result.temperature.greatest
+    assert abs(result.temperature.greatest - top) < error < 0.03 * top
+    assert all(abs(rise - end) < error for (_, rise), end in zip(result.temperature.phases, ends, strict=True))
 
 
 def test_losses_on_the_continuous_curve_are_those_it_bears_for_ever():
@@ -181,15 +181,15 @@ def test_a_start_is_by_the_peak_torque():
 
 
 def test_windings_of_a_servo_drive_rise_by_its_losses():
-    found = flywheel.size(scene(more='thermal = {time_constant = "30 min", class = "F"}'))
-    assert found.temperature.greatest == pytest.approx(105 * found.energy.copper_heat_share, rel=1e-4)  # and its ripple
+    result = flywheel.size(scene(more='thermal = {time_constant = "30 min", class = "F"}'))
+    assert result.temperature.greatest == pytest.approx(105 * result.energy.copper_heat_share, rel=1e-4)  # and its ripple
 
 
 def test_a_load_that_drives_trips_it_without_a_resistor():
-    found = flywheel.size(scene(load=-10))
-    (trip,) = found.inverter.trips
+    result = flywheel.size(scene(load=-10))
+    (trip,) = result.inverter.trips
     assert trip.kind == "overvoltage"
-    assert trip.value == pytest.approx(-found.inverter.power_least)
+    assert trip.value == pytest.approx(-result.inverter.power_least)
     assert flywheel.size(scene(load=-10, more='braking = "regenerative"')).inverter.trips == ()
 
 
@@ -214,8 +214,8 @@ def test_a_fault_of_a_servo_drive_has_its_place(old, new, paths):
 
 
 def test_the_running_branch_ends_where_the_peak_curve_cuts_it_off():
-    for asked in (1500, 3000, 4500):
-        servo = scene(asked=asked).motor
+    for request in (1500, 3000, 4500):
+        servo = scene(request=request).motor
         assert isinstance(servo, Servo)
         low, high = servo.stable
         inside = np.linspace(low + 1e-6, high - 1e-6, 200)
@@ -225,22 +225,22 @@ def test_the_running_branch_ends_where_the_peak_curve_cuts_it_off():
 
 
 def test_the_diagram_has_the_area_the_loop_and_both_points():
-    found = flywheel.size(scene(peak=11, inertia=0.4))
-    panel = page_data.answer(found, {"panels": ["servo"]})["servo"]
+    result = flywheel.size(scene(peak=11, inertia=0.4))
+    panel = page_data.answer(result, {"panels": ["servo"]})["servo"]
     speeds = np.array(panel["speeds"])
     assert panel["peak"] == pytest.approx([limit(w, 11.0, 2500) for w in speeds], abs=1e-9)
     within = np.minimum(continuous(speeds), [limit(w, 11.0, 2500) for w in speeds])
     assert panel["continuous"] == pytest.approx(within, abs=1e-9)
     assert panel["torque"] == pytest.approx([hand(w, 11.0) for w in panel["speed"]], abs=1e-7)
     rms, peak = panel["diagram"]["rows"][0]["marks"]
-    assert (rms["at"], rms["value"]) == (found.servo.mean_speed, found.servo.rms_torque)
-    assert (peak["at"], peak["value"]) == (found.servo.peak_speed, found.servo.peak_torque)
+    assert (rms["at"], rms["value"]) == (result.servo.mean_speed, result.servo.rms_torque)
+    assert (peak["at"], peak["value"]) == (result.servo.peak_speed, result.servo.peak_torque)
 
 
 @pytest.mark.usefixtures("blank")
 def test_the_report_has_its_points_and_its_picture():
-    found = flywheel.size(scene(), simulate=False)
+    result = flywheel.size(scene(), simulate=False)
     for name, words, curve in (("en", "Inertia ratio", "peak curve"), ("es", "Relación de inercias", "curva de pico")):
-        assert words in flywheel.report.html(found, language=name)
+        assert words in flywheel.report.html(result, language=name)
         with language.use(name):
-            assert curve in pictures.panel(found, "servo")
+            assert curve in pictures.panel(result, "servo")

@@ -45,9 +45,9 @@ def load_text(kind: str) -> str:
 
 
 def output(*arguments: str) -> str:
-    found = CliRunner().invoke(main, arguments)
-    assert found.exit_code == 0, found.output or found.exception
-    return found.stdout
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output or result.exception
+    return result.stdout
 
 
 def translated(words: str) -> None:

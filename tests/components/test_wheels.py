@@ -57,9 +57,9 @@ GIVEN = [
     ("disc", {"rim_speed": 20.0, "bore": 0.1}),
     ("disc", {"width": 0.04, "bore": 0.2}),
     *(
-        (shape, given | ({"bore": 0.08} if shape == "arms" else {}))
+        (shape, inputs | ({"bore": 0.08} if shape == "arms" else {}))
         for shape in ("rim", "arms")
-        for given in (
+        for inputs in (
             {"outer_radius": 0.8, "width_to_thickness": 1.5},
             {"mean_radius": 0.7, "thickness": 0.06},
             {"rim_speed": 25.0, "width": 0.2},
@@ -102,11 +102,11 @@ def test_what_is_given_stays_and_the_inertia_is_met(shape, given, method):
     ],
 )
 def test_without_a_radius_stress_decides_it(shape, given, method):
-    asked = WheelAsked(shape, IRON, method=method, **given)
-    wheel = choose(500.0, 40.0, asked)
+    request = WheelAsked(shape, IRON, method=method, **given)
+    wheel = choose(500.0, 40.0, request)
     assert_allclose([wheel.utilisation, wheel.safety], [1.0, 10.0], rtol=1e-9)
     assert_allclose(wheel.inertia, 500.0, rtol=1e-12)
-    larger = choose(500.0, 40.0, asked._replace(outer_radius=wheel.body.outer * 1.001))
+    larger = choose(500.0, 40.0, request._replace(outer_radius=wheel.body.outer * 1.001))
     assert larger.utilisation > 1
     assert larger.mass < wheel.mass
     assert any("above the allowable" in sentence for sentence in larger.warnings)
@@ -115,8 +115,8 @@ def test_without_a_radius_stress_decides_it(shape, given, method):
 @pytest.mark.parametrize("bore", [None, 0.06])
 @pytest.mark.parametrize(("speed", "limit"), sample([(50.0, 0.5), (300.0, 1.0), (500.0, 0.5), (700.0, 0.5)], 3))
 def test_the_lightest_wheel_beats_a_grid_of_others(speed, limit, bore):
-    asked = WheelAsked("lightest", STEEL, max_radius=limit, width_to_thickness=1.0, bore=bore)
-    best = choose(3.0, speed, asked)
+    request = WheelAsked("lightest", STEEL, max_radius=limit, width_to_thickness=1.0, bore=bore)
+    best = choose(3.0, speed, request)
     assert best.utilisation <= 1 + 1e-12
     assert best.body.outer <= limit
     assert best.mass == min(best.compared.values())
@@ -139,8 +139,8 @@ def test_a_rim_wins_where_the_radius_limits_and_a_disc_where_stress_does():
     """Thin rim against solid disc: they weigh the same where (w R)² = 2 sigma/rho."""
     even = sqrt(2 * STEEL.allowable / STEEL.density)
     for factor, shape in ((0.98, "rim"), (1.02, "disc")):
-        asked = WheelAsked("lightest", STEEL, max_radius=factor * even / 300.0, thickness=1e-4)
-        wheel = least_mass(1.0, 300.0, asked)
+        request = WheelAsked("lightest", STEEL, max_radius=factor * even / 300.0, thickness=1e-4)
+        wheel = least_mass(1.0, 300.0, request)
         assert wheel.shape == shape
         assert_allclose(wheel.compared["rim"], STEEL.density * 300.0**2 / STEEL.allowable, rtol=2e-3)
     widest = least_mass(1.0, 300.0, WheelAsked("lightest", STEEL, max_radius=9.0))
@@ -172,8 +172,8 @@ ROUNDED = [
 
 @pytest.mark.parametrize(("shape", "method", "given", "names"), ROUNDED)
 def test_rounding_up(shape, method, given, names):
-    asked = WheelAsked(shape, IRON, method=method, **given)
-    plain, wheel = choose(60.0, 30.0, asked), choose(60.0, 30.0, asked._replace(size_step=STEP))
+    request = WheelAsked(shape, IRON, method=method, **given)
+    plain, wheel = choose(60.0, 30.0, request), choose(60.0, 30.0, request._replace(size_step=STEP))
     assert wheel.inertia >= 60.0 * (1 - 1e-14)
     body, on_step = wheel.body, [SIZES[name](wheel) for name in names if name != "arms"]
     on_step += [body.arms.width, body.arms.thickness] if "arms" in names else []
@@ -191,9 +191,9 @@ def test_rounding_up(shape, method, given, names):
 
 
 def test_inertia_goes_up_to_its_step():
-    asked = WheelAsked("disc", IRON, outer_radius=0.5, step=0.25)
-    assert_allclose([choose(60.01, 30.0, asked).inertia, choose(60.0, 30.0, asked).inertia], [60.25, 60.0], rtol=1e-14)
-    assert choose(60.01, 30.0, asked).needed == 60.25
+    request = WheelAsked("disc", IRON, outer_radius=0.5, step=0.25)
+    assert_allclose([choose(60.01, 30.0, request).inertia, choose(60.0, 30.0, request).inertia], [60.25, 60.0], rtol=1e-14)
+    assert choose(60.01, 30.0, request).needed == 60.25
 
 
 def test_multiples():
@@ -273,8 +273,8 @@ def test_warnings():
 
 
 def test_what_a_warning_advises_takes_the_stress_down():
-    asked = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=3000.0)
-    stress_of = lambda **given: choose(60.0, 10.0, asked._replace(**given)).greatest_stress  # noqa: E731
+    request = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=3000.0)
+    stress_of = lambda **inputs: choose(60.0, 10.0, request._replace(**inputs)).greatest_stress  # noqa: E731
     assert stress_of(arm_share=0.5) < stress_of()
     assert stress_of(hub_diameter=0.5) < stress_of()
 
@@ -295,11 +295,11 @@ def test_wheel_of_own_dimensions():
 
 @pytest.mark.parametrize("name", list(MATERIALS))
 def test_materials_of_the_table(name):
-    found = material(name)
-    assert found == MATERIALS[name]
-    assert 2000 < found.density < 9000
-    assert found.allowable < found.strength < 1e9
-    assert found.reference == found.strength
+    result = material(name)
+    assert result == MATERIALS[name]
+    assert 2000 < result.density < 9000
+    assert result.allowable < result.strength < 1e9
+    assert result.reference == result.strength
 
 
 def test_own_materials():
@@ -425,14 +425,14 @@ def pull_by_energy(count, radius, thickness, area_ratio):
 def test_rim_on_arms_has_the_least_energy(count, thickness, ratio):
     radius, rho, v = 1.2, 7100.0, 30.0
     pull, moment = pull_by_energy(count, radius, thickness, ratio)
-    found = rim_on_arms(rho, v, count, radius, thickness, ratio)
+    result = rim_on_arms(rho, v, count, radius, thickness, ratio)
     hoop, sine, cosine = rho * v**2, np.sin(pi / count), np.cos(pi / count)
-    assert_allclose(found.arm, hoop * pull * ratio, rtol=1e-10)
+    assert_allclose(result.arm, hoop * pull * ratio, rtol=1e-10)
     at_arm = moment - pull * radius / (2 * sine) * (1 - cosine)
     bending = 6 * np.abs([at_arm, moment]) / thickness  # M t/2 over the second moment t²/12 of a unit area
     tension = 1 - pull / (2 * sine) * np.array([cosine, 1.0])
-    assert_allclose([found.rim_at_arm, found.rim_between], hoop * (tension + bending), rtol=1e-10)
-    assert found.greatest == max(found)
+    assert_allclose([result.rim_at_arm, result.rim_between], hoop * (tension + bending), rtol=1e-10)
+    assert result.greatest == max(result)
 
 
 @pytest.mark.parametrize("count", [3, 12, 20, 21, 40, 100])
@@ -456,8 +456,8 @@ def test_arms_in_bending():
     assert_allclose(arms.modulus, second / 0.05, rtol=1e-12)
     assert_allclose(arms.area, pi * 0.05 * 0.02, rtol=1e-15)
     moment = 900.0 * (0.8 - 0.1) / (0.8 * 6)
-    found = arm_bending(900.0, 6, 0.8, 0.1, arms.modulus)
-    assert_allclose(found, moment / arms.modulus, rtol=1e-13)
+    result = arm_bending(900.0, 6, 0.8, 0.1, arms.modulus)
+    assert_allclose(result, moment / arms.modulus, rtol=1e-13)
 
 
 def test_parts_of_a_wheel_with_arms_by_grains():
@@ -501,8 +501,8 @@ def test_rim_of_a_steam_engine():
     """Khurmi, example 16.15: printed 3787 kg, 0.084 m²."""
     omega = 80 * RPM
     needed = inertia_for(150e3 * 60 / 80 * 0.1, omega, 0.04)
-    asked = WheelAsked("rim", material(density=7200.0), method="thin", mean_radius=1.0, rim_share=0.95)
-    wheel = choose(needed, omega, asked)
+    request = WheelAsked("rim", material(density=7200.0), method="thin", mean_radius=1.0, rim_share=0.95)
+    wheel = choose(needed, omega, request)
     assert_allclose(wheel.mass, 3806.965371717721, rtol=1e-13)
     assert_allclose(wheel.body.section, 0.08415241070674308, rtol=1e-13)
     assert_allclose([wheel.mass, wheel.body.section], [3787, 0.084], rtol=0.006)
@@ -525,14 +525,14 @@ def test_rim_of_a_gas_engine():
     """Khurmi, example 16.18: printed 3 m, 170 and 680 mm; exactly, an annulus needs less."""
     needed, omega = inertia_for(46446.42857142858, 150 * RPM, 0.01), 150 * RPM
     iron = material(density=7200.0, allowable=4e6)
-    asked = WheelAsked("rim", iron, method="thin", width_to_thickness=4.0, rim_share=0.9375)
-    body = choose(needed, omega, asked).body
+    request = WheelAsked("rim", iron, method="thin", width_to_thickness=4.0, rim_share=0.9375)
+    body = choose(needed, omega, request).body
     assert_allclose(
         [2 * body.mean, body.thickness, body.width], [3.001054387190354, 0.16989865471884073, 0.6795946188753629]
     )
     assert_allclose([2 * body.mean, body.thickness, body.width], [3, 0.170, 0.680], rtol=0.01)
-    assert_allclose(choose(needed, omega, asked).mass, 7837.8348214285725, rtol=1e-13)
-    exact = choose(needed, omega, asked._replace(method="exact", mean_radius=body.mean))
+    assert_allclose(choose(needed, omega, request).mass, 7837.8348214285725, rtol=1e-13)
+    exact = choose(needed, omega, request._replace(method="exact", mean_radius=body.mean))
     assert exact.body.thickness < body.thickness
     assert_allclose(exact.mass, 7837.8348214285725 / (1 + (exact.body.thickness / body.mean / 2) ** 2), rtol=1e-12)
 
@@ -541,8 +541,8 @@ def test_closed_forms_of_a_thin_rim_agree_with_the_search():
     """rho v² = sigma, m R² = I, m = 2 pi R rho t b."""
     radius = (4e6 / 7200.0) ** 0.5 / 15.0
     thickness = (900.0 / radius**2 / (2 * pi * radius * 7200.0) / 2.5) ** 0.5
-    asked = WheelAsked("rim", material(density=7200.0, allowable=4e6), method="thin", width_to_thickness=2.5)
-    body = choose(900.0, 15.0, asked).body
+    request = WheelAsked("rim", material(density=7200.0, allowable=4e6), method="thin", width_to_thickness=2.5)
+    body = choose(900.0, 15.0, request).body
     assert_allclose([body.mean, body.thickness, body.width], [radius, thickness, 2.5 * thickness], rtol=1e-13)
 
 
@@ -563,15 +563,15 @@ def test_disc_of_a_given_diameter():
     omega = 481.7  # as the recomputed figures have it: 4600 rpm rounded, which makes 4.5e-5 of the inertia
     assert_allclose(4600 * RPM, omega, rtol=3e-5)
     wheel = choose(inertia_for(394.38, omega, 0.0125), omega, WheelAsked("disc", material(density=7800.0), outer_radius=0.2))
-    found = [wheel.inertia, wheel.mass, wheel.body.width]
-    assert_allclose(found, [0.1359726548020429, 6.798632740102145, 6.9361282490618805e-3], rtol=1e-13)
-    assert_allclose(found, [0.136, 6.8, 6.85e-3], rtol=0.02)
+    result = [wheel.inertia, wheel.mass, wheel.body.width]
+    assert_allclose(result, [0.1359726548020429, 6.798632740102145, 6.9361282490618805e-3], rtol=1e-13)
+    assert_allclose(result, [0.136, 6.8, 6.85e-3], rtol=0.02)
 
 
 def test_disc_of_a_given_rim_speed():
     """The course's exam of May 2013: 271.179 kg, 0.2387 m, 0.21035 m."""
-    asked = WheelAsked("disc", material(density=7200.0), at="mean", rim_speed=1.5)
-    wheel = choose(7.72768650875, 2 * pi, asked)
+    request = WheelAsked("disc", material(density=7200.0), at="mean", rim_speed=1.5)
+    wheel = choose(7.72768650875, 2 * pi, request)
     assert_allclose([wheel.mass, wheel.body.outer, wheel.body.width], [271.179, 0.2387, 0.21035], rtol=2e-4)
     assert_allclose(wheel.rim_speed, 1.5, rtol=1e-13)
 

@@ -29,7 +29,7 @@ def share(t: float) -> float:
 
 @pytest.mark.parametrize("data", [ONE, TWO], ids=["one", "two"])
 def test_the_course_is_the_convolution_of_the_losses(data):
-    found, edges = course(data, DUTY), np.cumsum([0.0, *(losses.time for losses in DUTY)])
+    result, edges = course(data, DUTY), np.cumsum([0.0, *(losses.time for losses in DUTY)])
     before = [-k * PERIOD + edge for k in range(50) for edge in edges]
 
     def convolved(t: float) -> float:
@@ -40,15 +40,15 @@ def test_the_course_is_the_convolution_of_the_losses(data):
             total += sum(r * q * quad(lambda s, c=c: math.exp(-(t - s) / c) / c, start, end)[0] for r, c, _ in data.bodies)
         return total
 
-    assert found.ends == pytest.approx([convolved(float(edge)) for edge in edges], rel=1e-5)
-    assert found.greatest >= max(found.ends) - 1e-9
-    assert found.greatest == pytest.approx(convolved(found.time), rel=1e-5)
+    assert result.ends == pytest.approx([convolved(float(edge)) for edge in edges], rel=1e-5)
+    assert result.greatest >= max(result.ends) - 1e-9
+    assert result.greatest == pytest.approx(convolved(result.time), rel=1e-5)
 
 
 @pytest.mark.parametrize("data", [TWO, pytest.param(ONE, marks=pytest.mark.slow)], ids=["two", "one"])
 def test_standstill_cools_the_motor_by_its_share_alone(data):
     sequence = [Losses(300.0, 1.5), Losses(500.0, 0.0, 0.3)]
-    found = course(data, sequence)
+    result = course(data, sequence)
 
     def rates(t: float, x: np.ndarray, losses: Losses) -> list[float]:
         rows = zip(x, data.bodies, strict=True)
@@ -61,8 +61,8 @@ def test_standstill_cools_the_motor_by_its_share_alone(data):
             run = solve_ivp(rates, (0.0, losses.time), x, args=(losses,), rtol=1e-10, atol=1e-9, max_step=losses.time / 50)
             x, top = run.y[:, -1], max(top, float(run.y.sum(axis=0).max()))
             ends.append(float(x.sum()))
-    assert found.ends == pytest.approx(ends, rel=1e-6)
-    assert found.greatest == pytest.approx(top, rel=1e-4)
+    assert result.ends == pytest.approx(ends, rel=1e-6)
+    assert result.greatest == pytest.approx(top, rel=1e-4)
 
 
 def test_short_and_intermittent_ratings_of_the_books():
@@ -117,15 +117,15 @@ loads = 0.2
 
 
 def test_a_steady_cycle_rises_by_its_heat_over_the_rated_one():
-    found = flywheel.size(flywheel.load(MACHINE))
-    assert found.temperature.greatest == pytest.approx(85.0 * found.energy.rotor_heat_share, rel=1e-6)
-    assert found.as_dict()["temperature"]["within"] == (found.temperature.greatest <= 105.0)
+    result = flywheel.size(flywheel.load(MACHINE))
+    assert result.temperature.greatest == pytest.approx(85.0 * result.energy.rotor_heat_share, rel=1e-6)
+    assert result.as_dict()["temperature"]["within"] == (result.temperature.greatest <= 105.0)
 
 
 @pytest.mark.slow
 def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
-    found = flywheel.size(flywheel.load(MACHINE + PHASES))
-    motor = found.scene.motor
+    result = flywheel.size(flywheel.load(MACHINE + PHASES))
+    motor = result.scene.motor
 
     def rates(t: float, y: np.ndarray, loads: float) -> list[float]:
         torque = float(motor.torque(y[1]))
@@ -136,11 +136,11 @@ def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
         for name, duration, loads in (("heavy", 40.0, 1.0), ("light", 50.0, 0.2)):
             run = solve_ivp(rates, (0.0, duration), [y[0], y[1], 0.0], args=(loads,), method="LSODA", rtol=1e-8, atol=1e-8)
             y, heats[name] = run.y[:, -1], float(run.y[2, -1]) / duration
-    rows = {row.name: row for row in found.duty.phases}
+    rows = {row.name: row for row in result.duty.phases}
     for name, heat in heats.items():
         assert rows[name].change_time > 0.0
         assert rows[name].heat == pytest.approx(heat, rel=5e-4)  # by the angle at which a phase begins
-    assert not any("left out" in line for line in found.messages)
+    assert not any("left out" in line for line in result.messages)
     alone = flywheel.size(flywheel.load(MACHINE + PHASES.split('[[duty]]\nname = "light"')[0])).duty.heat
     assert abs(rows["heavy"].heat / alone - 1.0) > 0.005  # what was left out
 

@@ -37,10 +37,10 @@ def sweeps() -> Iterator[tuple[str, Case]]:
     for name in KNOWN:
         scene = MACHINES[name]()
         own = scene["regime"]["speed"]
-        asked = {(speed, eps) for speed in (1e-6, own, 1e6) for eps in (1e-14, 1.99)}
+        request = {(speed, eps) for speed in (1e-6, own, 1e6) for eps in (1e-14, 1.99)}
         if name != "law":  # whose expressions take their time
-            asked |= {(own, eps) for eps in IRREGULARITIES} | {(speed, 0.05) for speed in SPEEDS}
-        yield f"sweep {name}", Case("sweep", name, scene, tuple(sorted(asked)))
+            request |= {(own, eps) for eps in IRREGULARITIES} | {(speed, 0.05) for speed in SPEEDS}
+        yield f"sweep {name}", Case("sweep", name, scene, tuple(sorted(request)))
 
 
 def geometries() -> Iterator[tuple[str, Case]]:

@@ -28,8 +28,8 @@ DIGITS = 20
 
 def figures(cycle: Cycle, speed: float, irregularity: float) -> dict[str, Any]:
     """Figures that a flywheel is compared by at one speed and irregularity; none is floored at 0."""
-    found = inertias(cycle, Real(speed), Real(irregularity))
-    sizes = {key: text(found[key]) for key in ("exact", "approximate_total", "inertia_torque")}
+    result = inertias(cycle, Real(speed), Real(irregularity))
+    sizes = {key: text(result[key]) for key in ("exact", "approximate_total", "inertia_torque")}
     return {"speed": speed, "irregularity": irregularity} | sizes
 
 
@@ -48,9 +48,9 @@ def spanning(scene: Any) -> Any:
     return [spanning(item) for item in scene] if isinstance(scene, list) else scene
 
 
-def computed(found: Case) -> dict[str, Any]:
+def computed(result: Case) -> dict[str, Any]:
     """The references of one case."""
-    cycle = cycle_of(Machine(spanning(found.scene)))
+    cycle = cycle_of(Machine(spanning(result.scene)))
     least, greatest = extremes_of_inertia(cycle)
     return {
         "balance": text(cycle.unknown),
@@ -58,19 +58,19 @@ def computed(found: Case) -> dict[str, Any]:
         "areas": len(works(cycle)["areas"]),
         "least": text(least),
         "greatest": text(greatest),
-        "flywheels": [figures(cycle, *pair) for pair in found.asked],
+        "flywheels": [figures(cycle, *pair) for pair in result.asked],
     }
 
 
 def main(words: list[str]) -> None:
     """Compute the cases named, or all, and write the file."""
-    known = json.loads(TARGET.read_text()) if TARGET.exists() else {}
+    reference = json.loads(TARGET.read_text()) if TARGET.exists() else {}
     every = cases()
-    for name, found in every.items():
+    for name, result in every.items():
         if not words or name.startswith(tuple(words)):
-            known[name] = computed(found)
+            reference[name] = computed(result)
             print(name, file=sys.stderr, flush=True)
-            kept = {key: known[key] for key in every if key in known}
+            kept = {key: reference[key] for key in every if key in reference}
             TARGET.write_text(json.dumps(kept, indent=1) + "\n")
 
 

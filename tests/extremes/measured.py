@@ -45,9 +45,9 @@ class Found(NamedTuple):
         return self.error <= self.estimate + ROUNDING
 
 
-def worst(extreme: str, range_: str, found: Iterable[Found]) -> Row:
+def worst(extreme: str, range_: str, result: Iterable[Found]) -> Row:
     """The worst true error of figures that are known in closed form, with the estimate there."""
-    one = max(found, key=lambda item: item.error)
+    one = max(result, key=lambda item: item.error)
     return Row(extreme, range_, one.error, one.estimate, f"closed form; worst: {one.what}")
 
 
@@ -100,20 +100,20 @@ def measured(name: str) -> tuple[Measured, ...]:
 
 def _at(name: str, rtol: float) -> Iterator[Measured]:
     case, true = every()[name], REFERENCES[name]
-    for known in true["flywheels"]:
-        regime = {**case.scene["regime"], "speed": known["speed"]}
-        scene = {**case.scene, "regime": regime, "flywheel": {"irregularity": known["irregularity"]}}
-        found = flywheel.size(flywheel.load(scene), rtol=rtol, simulate=False)
-        label = f"{name} at {known['speed']:g} rad/s, {known['irregularity']:g}"
-        assert case.slivers or len(found.areas) == true["areas"], label
-        yield from _figures(label, rtol, found, known, float(true["least"]))
-        share = abs(found.balance.value - float(true["balance"])) / (float(true["exchanged"]) / found.scene.cycle)
-        yield Measured(label, "balance", rtol, share, found.error.work)  # as a share of the mean moment exchanged
+    for reference in true["flywheels"]:
+        regime = {**case.scene["regime"], "speed": reference["speed"]}
+        scene = {**case.scene, "regime": regime, "flywheel": {"irregularity": reference["irregularity"]}}
+        result = flywheel.size(flywheel.load(scene), rtol=rtol, simulate=False)
+        label = f"{name} at {reference['speed']:g} rad/s, {reference['irregularity']:g}"
+        assert case.slivers or len(result.areas) == true["areas"], label
+        yield from _figures(label, rtol, result, reference, float(true["least"]))
+        share = abs(result.balance.value - float(true["balance"])) / (float(true["exchanged"]) / result.scene.cycle)
+        yield Measured(label, "balance", rtol, share, result.error.work)  # as a share of the mean moment exchanged
 
 
-def _figures(label: str, rtol: float, found: Any, known: dict[str, Any], least: float) -> Iterator[Measured]:
-    total, exact, torque = (float(known[key]) for key in ("approximate_total", "exact", "inertia_torque"))
-    wheel, error = found.flywheel, found.error
+def _figures(label: str, rtol: float, result: Any, reference: dict[str, Any], least: float) -> Iterator[Measured]:
+    total, exact, torque = (float(reference[key]) for key in ("approximate_total", "exact", "inertia_torque"))
+    wheel, error = result.flywheel, result.error
     for figure, true, estimate in (
         ("exact", exact, error.exact),
         ("approximate", total - least, error.approximate),
@@ -124,7 +124,7 @@ def _figures(label: str, rtol: float, found: Any, known: dict[str, Any], least: 
         yield Measured(label, figure, rtol, gap / max(true, total), estimate)
 
 
-def row(extreme: str, range_: str, found: Iterable[Measured], remark: str = "") -> Row:
+def row(extreme: str, range_: str, result: Iterable[Measured], remark: str = "") -> Row:
     """The worst true error of the exact figure at an rtol of 1e-9, with the estimate there."""
-    one = max((item for item in found if item.figure == "exact" and item.rtol == 1e-9), key=lambda item: item.error)
+    one = max((item for item in result if item.figure == "exact" and item.rtol == 1e-9), key=lambda item: item.error)
     return Row(extreme, range_, one.error, one.estimate, remark or f"worst: {one.name}")

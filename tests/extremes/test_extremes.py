@@ -70,10 +70,10 @@ def test_a_table_out_of_order_is_refused_with_its_row(name: str, way: str) -> No
 
 @pytest.mark.parametrize("torque", ["100*sin(phi)*(1 - cos(phi))", "100*abs(sin(phi)) - 200/pi", "100*sign(sin(2*phi))"])
 def test_zeros_of_the_moment_on_breakpoints_make_no_areas_of_their_own(torque: str) -> None:
-    found = flywheel.size(flywheel.load(turning([{"torque": torque}])), simulate=False)
+    result = flywheel.size(flywheel.load(turning([{"torque": torque}])), simulate=False)
     expected = {"100*sin(phi)*(1 - cos(phi))": 2, "100*abs(sin(phi)) - 200/pi": 5, "100*sign(sin(2*phi))": 4}[torque]
-    assert len(found.areas) == expected
-    assert all(abs(area.work) > 1.0 for area in found.areas)
+    assert len(result.areas) == expected
+    assert all(abs(area.work) > 1.0 for area in result.areas)
 
 
 # Mechanisms that all but lock, against 30 digits; those that do are refused, with the length and the angle.
@@ -109,7 +109,7 @@ def geometry() -> list[Row]:
 @pytest.mark.slow
 def test_only_the_shaper_loses_digits() -> None:
     assert [i for n in NEAR if "shaper" not in n for i in measured(n) if i.rtol == 1e-9 and i.estimate > 1e-9] == []
-    assert max(found.error or 0.0 for found in geometry()) < 1e-9
+    assert max(result.error or 0.0 for result in geometry()) < 1e-9
 
 
 @pytest.mark.parametrize("name", LOCKED)
@@ -140,7 +140,7 @@ def even(eps: float) -> Scene:
 
 @pytest.mark.slow
 def test_nothing_in_the_range_is_worse_than_rtol() -> None:
-    assert max(found.error or 0.0 for found in irregularities()) < 1e-9
+    assert max(result.error or 0.0 for result in irregularities()) < 1e-9
     exact = [item for name in SWEEPS for item in measured(name) if item.figure == "exact" and item.rtol <= 1e-9]
     assert max(item.estimate for item in exact) < 5e-8
 
@@ -160,11 +160,11 @@ def test_a_speed_that_is_none_is_refused(speed: float) -> None:
     sample([("scotch-yoke", 1e-9, 6.0), ("rotor", 1.99, 10.0), ("slider-crank", 0.05, 1e6), ("scotch-yoke", 0.05, 1e-6)], 4),
 )
 def test_the_time_stepping_agrees_within_what_it_states(name: str, eps: float, speed: float) -> None:
-    found = flywheel.size(flywheel.load(running(MACHINES[name](), speed, eps)))
-    assert found.simulation is not None
-    assert found.error.simulation is not None
-    gap = abs(found.simulation.irregularity / eps - 1)
-    assert gap <= found.error.simulation + found.error.exact
+    result = flywheel.size(flywheel.load(running(MACHINES[name](), speed, eps)))
+    assert result.simulation is not None
+    assert result.error.simulation is not None
+    gap = abs(result.simulation.irregularity / eps - 1)
+    assert gap <= result.error.simulation + result.error.exact
 
 
 # What must hold at any irregularity and speed: limits, order, and proven bounds.
@@ -182,13 +182,13 @@ def sized(name: str, speed: float, eps: float) -> Sizing:
 
 def small(name: str, eps: float) -> float:
     """Difference of the exact figure from that with the inertia torque, as a share: it is of the order of eps."""
-    found = sized(name, 30.0, eps)
-    return abs(found.flywheel.exact + middle(found) - found.flywheel.inertia_torque) / found.flywheel.inertia_torque
+    result = sized(name, 30.0, eps)
+    return abs(result.flywheel.exact + middle(result) - result.flywheel.inertia_torque) / result.flywheel.inertia_torque
 
 
-def middle(found: Sizing) -> float:
+def middle(result: Sizing) -> float:
     """The mean of the extremes of I*, by which the two figures differ at most."""
-    inertia = found.reduced_inertia
+    inertia = result.reduced_inertia
     assert inertia is not None
     return (inertia.min + inertia.max) / 2
 
@@ -205,24 +205,24 @@ def limits() -> list[Row]:
 
 def even_rotor(eps: float) -> tuple[float, float]:
     """The difference of the exact and the approximate flywheel of a rotor, and what is stated."""
-    found = sized("rotor", 10.0, eps)
-    gap = abs(found.flywheel.exact - found.flywheel.approximate) / found.flywheel.approximate_total
-    return gap, (found.error.exact or 0.0) + (found.error.approximate or 0.0)
+    result = sized("rotor", 10.0, eps)
+    gap = abs(result.flywheel.exact - result.flywheel.approximate) / result.flywheel.approximate_total
+    return gap, (result.error.exact or 0.0) + (result.error.approximate or 0.0)
 
 
 @FEW
 @given(powers, paces)
 def test_where_inertia_is_constant_exact_and_approximate_agree(power: float, pace: float) -> None:
-    found = sized("rotor", 10.0**pace, 10.0**power)
-    scale = max(found.flywheel.approximate_total, 0.3)
-    assert abs(found.flywheel.exact - found.flywheel.approximate) <= 1e-13 * scale
+    result = sized("rotor", 10.0**pace, 10.0**power)
+    scale = max(result.flywheel.approximate_total, 0.3)
+    assert abs(result.flywheel.exact - result.flywheel.approximate) <= 1e-13 * scale
 
 
 @FEW
 @given(QUICK, powers, paces)
 def test_the_exact_figure_is_within_its_proven_bounds(name: str, power: float, pace: float) -> None:
-    found = sized(name, 10.0**pace, 10.0**power)
-    wheel, slack = found.flywheel, 2 * found.error.exact
+    result = sized(name, 10.0**pace, 10.0**power)
+    wheel, slack = result.flywheel, 2 * result.error.exact
     scale = max(wheel.exact, wheel.approximate_total)
     for low, high in (wheel.proven_bounds, wheel.proven_bounds_torque):
         assert max(low, 0.0) - slack * scale <= wheel.exact <= max(high, 0.0) + slack * scale
@@ -231,8 +231,8 @@ def test_the_exact_figure_is_within_its_proven_bounds(name: str, power: float, p
 @FEW
 @given(QUICK, st.lists(powers, min_size=2, max_size=4, unique=True), paces)
 def test_a_smaller_irregularity_never_asks_for_less(name: str, several: list[float], pace: float) -> None:
-    found = [sized(name, 10.0**pace, 10.0**power) for power in sorted(several)]
-    for tight, loose in pairwise(found):
+    result = [sized(name, 10.0**pace, 10.0**power) for power in sorted(several)]
+    for tight, loose in pairwise(result):
         doubt = loose.error.exact * max(loose.flywheel.exact, loose.flywheel.approximate_total)
         assert tight.flywheel.exact >= loose.flywheel.exact - doubt
 
@@ -279,9 +279,9 @@ def twins() -> Scene:
 
 def off(count: int, tilt: float) -> tuple[float, float]:
     """Error and estimate of a wave's flywheel: 2 T/(n eps w²) and what a tilt adds, but for its square."""
-    found = flywheel.size(flywheel.load(wave(count, tilt)), simulate=False)
+    result = flywheel.size(flywheel.load(wave(count, tilt)), simulate=False)
     true = 40 / count * (1 + 0.5 * count * tilted(count, tilt))
-    return abs(found.flywheel.exact - true) / true, found.error.exact
+    return abs(result.flywheel.exact - true) / true, result.error.exact
 
 
 def tilted(count: int, tilt: float) -> float:
@@ -296,8 +296,8 @@ def lobes() -> list[Row]:
     smooth = max((off(count, tilt) for count in COUNTS for tilt in TILTS), key=lambda pair: pair[0])
     corners = []
     for count in (1, 2, 10):
-        found = flywheel.size(flywheel.load(square(count)), simulate=False)
-        corners.append((abs(found.flywheel.exact * count / (20 * pi) - 1), found.error.exact))
+        result = flywheel.size(flywheel.load(square(count)), simulate=False)
+        corners.append((abs(result.flywheel.exact * count / (20 * pi) - 1), result.error.exact))
     return [
         Row("equal lobes, one raised by 0..1e-11", "1..200 in a turn", *smooth, "closed form"),
         Row("equal lobes between jumps", "1, 2, 10 in a turn", *max(corners), "closed form"),
@@ -315,41 +315,41 @@ def test_the_value_is_right_whichever_lobe_is_taken(count: int, tilt: float) -> 
 
 @pytest.mark.parametrize("count", [2, 7, 200])
 def test_the_angle_is_that_of_one_of_the_lobes(count: int) -> None:
-    found = flywheel.size(flywheel.load(wave(count)), simulate=False)
-    assert found.error.extremes is not None
-    for angle, shift in ((found.angle_speed_max, 0.5), (found.angle_speed_min, 0.0)):
+    result = flywheel.size(flywheel.load(wave(count)), simulate=False)
+    assert result.error.extremes is not None
+    for angle, shift in ((result.angle_speed_max, 0.5), (result.angle_speed_min, 0.0)):
         assert angle is not None
         turns = angle * count / tau - shift
-        assert abs(turns - round(turns)) * tau / count <= found.error.extremes + 1e-15
+        assert abs(turns - round(turns)) * tau / count <= result.error.extremes + 1e-15
 
 
 @pytest.mark.parametrize("tilt", [1e-8, -1e-8])
 def test_a_lobe_that_is_truly_higher_is_the_one(tilt: float) -> None:
     """W = -50 cos 2 phi - 100 tilt cos(phi + 1) has tops at 90 and 270 deg, bottoms at 0 and 180 deg."""
     torque = f"100*sin(2*phi) + {100 * tilt!r}*sin(phi + 1)"
-    found = flywheel.size(flywheel.load(turning([{"torque": torque}])), simulate=False)
+    result = flywheel.size(flywheel.load(turning([{"torque": torque}])), simulate=False)
     top = max((0.5 * pi, 1.5 * pi), key=lambda phi: -tilt * np.cos(phi + 1))
     bottom = min((0.0, pi), key=lambda phi: -tilt * np.cos(phi + 1))
-    assert found.angle_speed_max == pytest.approx(top, abs=1e-7)
-    assert found.angle_speed_min is not None
-    assert (found.angle_speed_min - bottom + pi) % tau == pytest.approx(pi, abs=1e-7)
+    assert result.angle_speed_max == pytest.approx(top, abs=1e-7)
+    assert result.angle_speed_min is not None
+    assert (result.angle_speed_min - bottom + pi) % tau == pytest.approx(pi, abs=1e-7)
 
 
 @pytest.mark.parametrize("count", [1, 2, 10])
 def test_lobes_between_jumps(count: int) -> None:
-    found = flywheel.size(flywheel.load(square(count)), simulate=False)
-    assert found.flywheel.exact == pytest.approx(20 * pi / count, rel=found.error.exact)
-    assert len(found.areas) == 2 * count
+    result = flywheel.size(flywheel.load(square(count)), simulate=False)
+    assert result.flywheel.exact == pytest.approx(20 * pi / count, rel=result.error.exact)
+    assert len(result.areas) == 2 * count
 
 
 def test_two_cranks_half_a_turn_apart_say_everything_twice() -> None:
-    found = flywheel.size(flywheel.load(twins()), simulate=False)
-    assert found.angle_speed_max is not None
-    works = sorted(area.work for area in found.areas[1:-1])  # the seam cuts an area in two
+    result = flywheel.size(flywheel.load(twins()), simulate=False)
+    assert result.angle_speed_max is not None
+    works = sorted(area.work for area in result.areas[1:-1])  # the seam cuts an area in two
     assert works[::2][: len(works) // 2] == pytest.approx(works[1::2], rel=1e-12)
     whole = flywheel.size(flywheel.load({**twins(), "regime": {"speed": 10.0, "cycle": "720 deg"}}), simulate=False)
-    assert whole.flywheel.exact == pytest.approx(found.flywheel.exact, rel=found.error.exact + whole.error.exact)
-    assert whole.energy_fluctuation == pytest.approx(found.energy_fluctuation, rel=1e-12)
+    assert whole.flywheel.exact == pytest.approx(result.flywheel.exact, rel=result.error.exact + whole.error.exact)
+    assert whole.energy_fluctuation == pytest.approx(result.energy_fluctuation, rel=1e-12)
 
 
 # A spring on x = a sin(n phi): M* changes its sign a hundred times and more, at angles known in closed form.
@@ -385,9 +385,9 @@ def scene(rest: float = 0.0, eps: float = 0.05, n: int = N, **more: Any) -> Scen
     } | more
 
 
-def sized_areas(asked: Scene) -> Sizing:
+def sized_areas(request: Scene) -> Sizing:
     """Sized, without time stepping."""
-    return flywheel.size(flywheel.load(asked), simulate=False)
+    return flywheel.size(flywheel.load(request), simulate=False)
 
 
 def crossings(rest: float, n: int = N) -> Array:
@@ -395,8 +395,8 @@ def crossings(rest: float, n: int = N) -> Array:
     turns = np.arange(n) * 2 * np.pi
     at_rest = np.arcsin(rest / A)
     angles = [(turns + part) / n for part in (np.pi / 2, 3 * np.pi / 2, at_rest % (2 * np.pi), np.pi - at_rest)]
-    found = np.sort(np.concatenate(angles))
-    return found[(found > 1e-12) & (found < 2 * np.pi - 1e-12)]
+    result = np.sort(np.concatenate(angles))
+    return result[(result > 1e-12) & (result < 2 * np.pi - 1e-12)]
 
 
 def exact(rest: float, eps: float) -> float:
@@ -417,7 +417,7 @@ def exact(rest: float, eps: float) -> float:
 @cache
 def swept(every: int = 1) -> list[Found]:
     """Every rest and irregularity, or every so many of them."""
-    found = []
+    outcome = []
     for rest in RESTS[::every]:
         for eps in EPS[::every]:
             result, true = sized_areas(scene(rest, eps)), exact(rest, eps)
@@ -431,13 +431,13 @@ def swept(every: int = 1) -> list[Found]:
             scale = max(true, result.flywheel.approximate_total)
             what = f"rest {rest:g} m, eps {eps:g}"
             error = abs(result.flywheel.exact - true) / scale
-            found.append(Found(what, error, result.error.exact, off, result.error.angles))
-    return found
+            outcome.append(Found(what, error, result.error.exact, off, result.error.angles))
+    return outcome
 
 
 def areas() -> list[Row]:
     """The worst flywheel and the worst angle."""
-    wheel, angle = max(swept(), key=lambda found: found.exact), max(swept(), key=lambda found: found.angles)
+    wheel, angle = max(swept(), key=lambda result: result.exact), max(swept(), key=lambda result: result.angles)
     span = "199 and 200 areas, eps 1e-14..1.9"
     return [
         Row("M* changes sign, flywheel", span, wheel.exact, wheel.estimate, f"closed form; worst: {wheel.what}"),
@@ -446,33 +446,33 @@ def areas() -> list[Row]:
 
 
 def test_no_area_is_missed_and_every_figure_is_known_to_its_estimate() -> None:
-    for found in swept(2):
-        assert found.exact <= found.estimate + ROUNDING, found
-        assert found.angles <= found.angles_estimate + 8 * ROUNDING, found
-        assert found.estimate < 1e-8, found
+    for result in swept(2):
+        assert result.exact <= result.estimate + ROUNDING, result
+        assert result.angles <= result.angles_estimate + 8 * ROUNDING, result
+        assert result.estimate < 1e-8, result
 
 
 @pytest.mark.parametrize("n", [1, 100])
 def test_the_areas_are_four_in_every_swing(n: int) -> None:
-    found = sized_areas(scene(0.003, n=n))
-    assert len(found.areas) == 4 * n + 1
-    off = abs(found.energy_fluctuation / (0.5 * STIFF * (A + 0.003) ** 2) - 1)
-    assert found.cycle is not None
-    assert found.error.work is not None
-    assert off <= found.error.work * found.cycle.exchanged / found.energy_fluctuation < 1e-8
+    result = sized_areas(scene(0.003, n=n))
+    assert len(result.areas) == 4 * n + 1
+    off = abs(result.energy_fluctuation / (0.5 * STIFF * (A + 0.003) ** 2) - 1)
+    assert result.cycle is not None
+    assert result.error.work is not None
+    assert off <= result.error.work * result.cycle.exchanged / result.energy_fluctuation < 1e-8
 
 
 def test_windows_on_top_add_their_own_areas() -> None:
     loads = [{"on": "crank"} | pulse for pulse in PULSES]
-    found = sized_areas(scene(load=loads, drive={"torque": "balance"}))
-    assert found.balance is not None
+    result = sized_areas(scene(load=loads, drive={"torque": "balance"}))
+    assert result.balance is not None
     true = (5 + 500 * 0.001) / 360
-    assert found.balance.value == pytest.approx(true, rel=1e-9)
+    assert result.balance.value == pytest.approx(true, rel=1e-9)
     windows = np.radians([100.0, 101.0, 200.0, 200.001])
     grid = np.sort(np.concatenate((np.linspace(0, 2 * np.pi, FEW_STEPS), windows - 1e-13, windows + 1e-13)))[1:-1]
     moment = -STIFF * A * A * N * np.sin(N * grid) * np.cos(N * grid) + true
     moment -= 5.0 * ((grid >= windows[0]) & (grid < windows[1])) + 500.0 * ((grid >= windows[2]) & (grid < windows[3]))
-    assert len(found.areas) == 1 + np.count_nonzero(np.diff(np.sign(moment)))
+    assert len(result.areas) == 1 + np.count_nonzero(np.diff(np.sign(moment)))
 
 
 # The origin of phi shifted: a phase and all windows turned with it leave the figures as they are and turn the areas.
@@ -562,8 +562,8 @@ def test_the_areas_turn_with_it(shift: float) -> None:
 def test_a_phase_may_be_written_in_degrees() -> None:
     scene = turned("slider-crank", 0.3)
     scene["mechanism"]["phase"] = f"{degrees(0.3)!r} deg"
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.flywheel.exact == pytest.approx(sized_origin("slider-crank", 0.3).flywheel.exact, rel=1e-13)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.flywheel.exact == pytest.approx(sized_origin("slider-crank", 0.3).flywheel.exact, rel=1e-13)
 
 
 # Units from 1e-12 to 1e12 of length, mass and time: the answers scale with them.
@@ -584,10 +584,10 @@ TOGGLE |= {"rod.length": 0.26, "coupler.com": 0.05, "rod.com": 0.13}
 @cache
 def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
     """The answers for a machine that is written in other units, brought back to SI."""
-    found = flywheel.size(flywheel.load(MACHINES[name](unit)), simulate=False)
-    wheel, inertia = found.flywheel, found.reduced_inertia
+    result = flywheel.size(flywheel.load(MACHINES[name](unit)), simulate=False)
+    wheel, inertia = result.flywheel, result.reduced_inertia
     assert inertia is not None
-    assert found.balance is not None
+    assert result.balance is not None
     kilograms, joules = unit.inertia(1.0), unit.joule(1.0)
     return {
         "exact": wheel.exact / kilograms,
@@ -596,12 +596,12 @@ def figures(name: str, unit: Measure = SI) -> dict[str, Any]:
         "inertia_torque": wheel.inertia_torque / kilograms,
         "least": inertia.min / kilograms,
         "greatest": inertia.max / kilograms,
-        "balance": found.balance.value / joules,
-        "exchanged": found.cycle.exchanged / joules,
-        "fluctuation": found.energy_fluctuation / joules,
-        "areas": [area.work / joules for area in found.areas],
-        "angles": [area.end for area in found.areas] + [found.angle_speed_max, found.angle_speed_min],
-        "error": found.error.exact,
+        "balance": result.balance.value / joules,
+        "exchanged": result.cycle.exchanged / joules,
+        "fluctuation": result.energy_fluctuation / joules,
+        "areas": [area.work / joules for area in result.areas],
+        "angles": [area.end for area in result.areas] + [result.angle_speed_max, result.angle_speed_min],
+        "error": result.error.exact,
     }
 
 
@@ -673,8 +673,8 @@ def reduced(unit: Measure) -> list[list[float]]:
     """Mass and force of the clamp reduced to its block at a few places, in SI."""
     machine = flywheel.Machine(flywheel.load(clamp(unit)))
     places = [unit.m(x) for x in (-0.06, 0.0, 0.1, 0.15, 0.18999)]
-    found = [machine.reduction(x) for x in places]
-    return [[float(r.inertia) / unit.kg(1.0), float(r.moment) / unit.newton(1.0)] for r in found]
+    result = [machine.reduction(x) for x in places]
+    return [[float(r.inertia) / unit.kg(1.0), float(r.moment) / unit.newton(1.0)] for r in result]
 
 
 def test_a_toggle_clamp_scales_too() -> None:
@@ -695,11 +695,11 @@ def shaft(width: float, start: float = 90.0) -> Scene:
 
 def closed(width: float, start: float = 90.0) -> tuple[float, float]:
     """Error and estimate of the shaft's flywheel: T b (1 - b/2 pi)/(eps w²) for a window of b rad."""
-    found = flywheel.size(flywheel.load(shaft(width, start)), simulate=False)
+    result = flywheel.size(flywheel.load(shaft(width, start)), simulate=False)
     with mp.workdps(30):
         wide = (mp.mpf(repr(start + width)) - mp.mpf(repr(start))) * mp.pi / 180
         true = 100 * wide * (1 - wide / (2 * mp.pi)) / (mp.mpf(0.05) * 100)
-        return float(abs(found.flywheel.exact - true) / true), found.error.exact
+        return float(abs(result.flywheel.exact - true) / true), result.error.exact
 
 
 def windows() -> list[Row]:
@@ -724,10 +724,10 @@ def test_a_shaft_alone_by_the_closed_form(width: float, start: float) -> None:
 
 
 def test_no_window_is_too_narrow_for_the_time_stepping() -> None:
-    found = flywheel.size(flywheel.load(shaft(0.001)))
-    assert found.simulation is not None
-    assert found.error.simulation is not None
-    assert abs(found.simulation.irregularity / 0.05 - 1) <= found.error.simulation
+    result = flywheel.size(flywheel.load(shaft(0.001)))
+    assert result.simulation is not None
+    assert result.error.simulation is not None
+    assert abs(result.simulation.irregularity / 0.05 - 1) <= result.error.simulation
 
 
 WINDOWS_FIGURES = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
@@ -736,10 +736,10 @@ WINDOWS_FIGURES = ("exact", "approximate", "approximate_total", "inertia_torque"
 def test_two_windows_that_touch_are_one() -> None:
     one = turning([{"torque": -100.0, "from": "90 deg", "to": "120 deg"}])
     two = turning([{"torque": -100.0, "from": f"{a} deg", "to": f"{b} deg"} for a, b in ((90, 100.1), (100.1, 120))])
-    found = [flywheel.size(flywheel.load(scene), simulate=False) for scene in (one, two)]
+    result = [flywheel.size(flywheel.load(scene), simulate=False) for scene in (one, two)]
     for name in WINDOWS_FIGURES:
-        assert getattr(found[1].flywheel, name) == pytest.approx(getattr(found[0].flywheel, name), rel=1e-14)
-    assert len(found[0].areas) == len(found[1].areas) == 3
+        assert getattr(result[1].flywheel, name) == pytest.approx(getattr(result[0].flywheel, name), rel=1e-14)
+    assert len(result[0].areas) == len(result[1].areas) == 3
 
 
 def test_a_window_of_no_width_is_refused() -> None:
@@ -752,8 +752,8 @@ def test_a_window_of_no_width_is_refused() -> None:
 def test_what_is_left_of_a_turn_beside_a_window_counts(gap: float) -> None:
     """Two loads that all but fill the turn: the swing is that of either, less its gap."""
     scene = turning([{"torque": -100.0, "from": gap, "to": pi}, {"torque": 100.0, "from": pi, "to": tau - gap}])
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.flywheel.exact == pytest.approx(100 * (pi - gap) / 5, rel=found.error.exact)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.flywheel.exact == pytest.approx(100 * (pi - gap) / 5, rel=result.error.exact)
 
 
 RESULTS = {  # tables of the page of results, by their titles

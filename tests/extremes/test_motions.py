@@ -106,10 +106,10 @@ def test_a_motion_that_does_not_return_is_stepped_to_its_end() -> None:
 def test_a_balanced_machine_returns_and_one_out_of_balance_by_little_does_not() -> None:
     load = [{"on": "crank", "torque": -5, "from": 0, "to": "90 deg"}]
     machine = flywheel.load(scene(load=load, drive={"torque": "balance"}, flywheel={"inertia": 1.0}))
-    held = flywheel.simulate(machine, phi=0, omega=SPEED, until=30 * 2 * np.pi / SPEED, rtol=1e-6)
+    state = flywheel.simulate(machine, phi=0, omega=SPEED, until=30 * 2 * np.pi / SPEED, rtol=1e-6)
     off = flywheel.simulate(machine, phi=0, omega=SPEED, until=30 * 2 * np.pi / SPEED, rtol=1e-6, balance=1.25 + 1e-9)
-    assert held.trail is not None
-    assert held.trail.repeated > 20
+    assert state.trail is not None
+    assert state.trail.repeated > 20
     assert off.trail is not None
     assert off.trail.repeated == 0
 
@@ -183,7 +183,7 @@ def standing_machines() -> dict[str, tuple[Any, Any]]:
 @cache
 def without_loads() -> list[Found]:
     """Name, true error and estimate of every machine at every irregularity; errors by the scale of the figure."""
-    found = []
+    outcome = []
     with mp.workdps(30):
         for name, (scene, most) in standing_machines().items():
             for eps in FREE:
@@ -191,8 +191,8 @@ def without_loads() -> list[Found]:
                 assert result.flywheel.exact is not None
                 assert result.error.exact is not None
                 error = float(abs(result.flywheel.exact - true) / true)
-                found.append(Found(f"{name}, eps {eps:g}", error, result.error.exact))
-    return found
+                outcome.append(Found(f"{name}, eps {eps:g}", error, result.error.exact))
+    return outcome
 
 
 BARE = {
@@ -209,31 +209,31 @@ def standing() -> list[Row]:
 
 
 def test_without_loads_the_exact_flywheel_is_that_of_the_inertia_alone() -> None:
-    for found in without_loads():
-        assert found.honest, found
-        assert found.estimate < 5e-8, found
+    for result in without_loads():
+        assert result.honest, result
+        assert result.estimate < 5e-8, result
 
 
 def test_without_loads_the_areas_know_of_no_flywheel() -> None:
-    found = sized(yoke(0.05), simulate=True)
-    assert found.energy_fluctuation == 0.0
-    assert [area.work for area in found.areas] == [0.0]
-    assert found.flywheel.approximate == found.flywheel.approximate_total == 0.0
-    assert found.simulation is not None
-    assert found.simulation.irregularity == pytest.approx(0.05, rel=1e-10)
-    assert found.simulation.irregularity_approximate is None
-    assert any("no steady motion with the approximate flywheel" in said for said in found.messages)
+    result = sized(yoke(0.05), simulate=True)
+    assert result.energy_fluctuation == 0.0
+    assert [area.work for area in result.areas] == [0.0]
+    assert result.flywheel.approximate == result.flywheel.approximate_total == 0.0
+    assert result.simulation is not None
+    assert result.simulation.irregularity == pytest.approx(0.05, rel=1e-10)
+    assert result.simulation.irregularity_approximate is None
+    assert any("no steady motion with the approximate flywheel" in said for said in result.messages)
 
 
 @settings(derandomize=True, deadline=None, max_examples=8)
 @given(st.floats(-12, 0.29).map(lambda power: 10.0**power), st.floats(0.0, 0.05))
 def test_a_crank_that_weighs_takes_its_share_of_the_flywheel(eps: float, crank: float) -> None:
-    found = sized(slider({"irregularity": eps}, crank))
-    assert found.reduced_inertia is not None
-    assert found.flywheel.exact is not None
-    true = free(eps, found.reduced_inertia.max, found.reduced_inertia.min)
-    assert found.flywheel.exact == pytest.approx(float(true), rel=1e-10, abs=1e-9 * found.reduced_inertia.max)
-    assert found.flywheel.needed is (found.flywheel.exact > 0.0)
+    result = sized(slider({"irregularity": eps}, crank))
+    assert result.reduced_inertia is not None
+    assert result.flywheel.exact is not None
+    true = free(eps, result.reduced_inertia.max, result.reduced_inertia.min)
+    assert result.flywheel.exact == pytest.approx(float(true), rel=1e-10, abs=1e-9 * result.reduced_inertia.max)
+    assert result.flywheel.needed is (result.flywheel.exact > 0.0)
 
 
 @pytest.mark.parametrize("name", BARE)
@@ -244,24 +244,24 @@ def test_a_machine_that_weighs_nothing_somewhere_is_refused_without_a_flywheel(n
 
 
 def test_a_dwell_is_confirmed_in_time_with_its_flywheel() -> None:
-    found = sized(dwelling(0.05), simulate=True)
-    assert found.simulation is not None
-    assert found.error.simulation is not None
-    assert abs(found.simulation.irregularity / 0.05 - 1) <= found.error.simulation < 1e-9
+    result = sized(dwelling(0.05), simulate=True)
+    assert result.simulation is not None
+    assert result.error.simulation is not None
+    assert abs(result.simulation.irregularity / 0.05 - 1) <= result.error.simulation < 1e-9
 
 
 def test_a_flywheel_that_would_be_negative_is_none() -> None:
     """The machine's own irregularity is that of its I*: (sqrt(max) - sqrt(min)) / (sqrt(max) + sqrt(min)), twice."""
     wheel = {"on": "far", "irregularity": 1.2}
-    found = sized(slider({"irregularity": 0.0}, 0.02, shafts={"far": {"ratio": 7.0}}, flywheel=wheel), simulate=True)
-    assert found.flywheel.exact == 0.0
-    assert found.flywheel.needed is False
-    assert found.flywheel.proven_bounds is not None
-    assert found.flywheel.proven_bounds[0] < 0.0
+    result = sized(slider({"irregularity": 0.0}, 0.02, shafts={"far": {"ratio": 7.0}}, flywheel=wheel), simulate=True)
+    assert result.flywheel.exact == 0.0
+    assert result.flywheel.needed is False
+    assert result.flywheel.proven_bounds is not None
+    assert result.flywheel.proven_bounds[0] < 0.0
     most, least = mp.sqrt(slider_peak() + mp.mpf(0.02)), mp.sqrt(mp.mpf(0.02))
-    assert found.simulation is not None
-    assert found.simulation.irregularity == pytest.approx(float(2 * (most - least) / (most + least)), rel=1e-9)
-    assert found.speed == STANDING_SPEED
+    assert result.simulation is not None
+    assert result.simulation.irregularity == pytest.approx(float(2 * (most - least) / (most + least)), rel=1e-9)
+    assert result.speed == STANDING_SPEED
 
 
 def pushed(load: dict[str, Any]) -> Sizing:
@@ -290,31 +290,31 @@ def test_loads_that_switch_at_the_dead_centres_are_one_and_the_same() -> None:
 @pytest.mark.parametrize("width", [1e-3, 1e-7])
 def test_a_push_at_the_dead_centre_does_no_work(width: float) -> None:
     at = [{"on": "slider", "force": -100, "from": f"{180 - width} deg", "to": f"{180 + width} deg"}]
-    found = sized(slider({"irregularity": 0.05}, 0.02, load=at, drive={"torque": "balance"}))
+    result = sized(slider({"irregularity": 0.05}, 0.02, load=at, drive={"torque": "balance"}))
     none = sized(slider({"irregularity": 0.05}, 0.02))
-    assert found.flywheel.exact == pytest.approx(none.flywheel.exact, rel=1e-4 * width)
-    assert found.balance is not None
-    assert abs(found.balance.value) < 1e-12
+    assert result.flywheel.exact == pytest.approx(none.flywheel.exact, rel=1e-4 * width)
+    assert result.balance is not None
+    assert abs(result.balance.value) < 1e-12
 
 
 def test_a_spring_at_rest_at_the_dead_centre_stores_what_the_stroke_takes() -> None:
     spring = [{"on": "slider", "stiffness": 1e12, "rest": STANDING_R + L}]
-    found = sized(slider({"irregularity": 0.05}, 0.02, spring=spring))
-    assert found.energy_fluctuation == pytest.approx(0.5 * 1e12 * (2 * STANDING_R) ** 2, rel=1e-12)
-    assert len(found.areas) == 2
+    result = sized(slider({"irregularity": 0.05}, 0.02, spring=spring))
+    assert result.energy_fluctuation == pytest.approx(0.5 * 1e12 * (2 * STANDING_R) ** 2, rel=1e-12)
+    assert len(result.areas) == 2
 
 
 def test_reactions_at_the_dead_centres_are_those_of_the_slider_that_turns_back() -> None:
     """x'' = -r w² (1 ± r/l): the rod pulls the slider back, nothing presses on its guide, and the crank need not push."""
     scene = flywheel.load(slider({"inertia": 1.0}, 0.02))
-    found = flywheel.joint_forces(scene, [0.0, float(mp.pi)], speed=STANDING_SPEED).mechanisms["slider-crank"]
+    result = flywheel.joint_forces(scene, [0.0, float(mp.pi)], speed=STANDING_SPEED).mechanisms["slider-crank"]
     true = [
         -MASS * STANDING_R * STANDING_SPEED**2 * (1 + STANDING_R / L),
         MASS * STANDING_R * STANDING_SPEED**2 * (1 - STANDING_R / L),
     ]
-    assert found.components["slider_pin"]["x"] == pytest.approx(true, rel=1e-12)
-    assert abs(found.components["guide"]["normal"]).max() < 1e-12
-    assert abs(found.action).max() < 1e-12
+    assert result.components["slider_pin"]["x"] == pytest.approx(true, rel=1e-12)
+    assert abs(result.components["guide"]["normal"]).max() < 1e-12
+    assert abs(result.action).max() < 1e-12
 
 
 def test_the_graph_at_a_dead_centre_has_a_gain_of_zero_and_not_a_hole() -> None:
@@ -341,73 +341,73 @@ def sized_weak(scene: dict[str, Any]) -> Sizing:
     return flywheel.size(flywheel.load(scene), simulate=False)
 
 
-def off(found: float | None, true: Any) -> float:
+def off(result: float | None, true: Any) -> float:
     """Relative error."""
-    assert found is not None
-    return float(abs(mp.mpf(found) / true - 1))
+    assert result is not None
+    return float(abs(mp.mpf(result) / true - 1))
 
 
-def of_motion(what: str, found: Sizing, true: Rotor) -> Found:
+def of_motion(what: str, result: Sizing, true: Rotor) -> Found:
     """The worst of an analysis' irregularity, mean and extremes of speed."""
-    motion, error = found.simulation, found.error.simulation
+    motion, error = result.simulation, result.error.simulation
     assert motion is not None
     assert error is not None
-    pairs = [(motion.irregularity, true.irregularity), (found.speed, true.speed), (motion.speed_max, true.fastest)]
+    pairs = [(motion.irregularity, true.irregularity), (result.speed, true.speed), (motion.speed_max, true.fastest)]
     return Found(what, max(off(*pair) for pair in [*pairs, (motion.speed_min, true.slowest)]), error)
 
 
-def of_wheel(what: str, found: Sizing, true: Rotor, own: float = OWN) -> Found:
+def of_wheel(what: str, result: Sizing, true: Rotor, own: float = OWN) -> Found:
     """A sized inertia, by the measure of the whole one."""
-    assert found.flywheel.exact is not None
-    assert found.error.exact is not None
-    return Found(what, off(found.flywheel.exact + own, true.inertia), found.error.exact)
+    assert result.flywheel.exact is not None
+    assert result.error.exact is not None
+    return Found(what, off(result.flywheel.exact + own, true.inertia), result.error.exact)
 
 
 @cache
 def weak() -> list[Found]:
     """A drive that hardly depends on speed, around 25 N m at 20 rad/s: given and sized flywheels."""
-    found = []
+    result = []
     for slope in WEAK:
         with mp.workdps(60):  # what the expression says of its doubles
             line = f"25 - {slope}*(omega - 20)"
             torque = 25 + mp.mpf(float(slope)) * 20
-        given = machines.on_a_line(torque, mp.mpf(float(slope)), 20, inertia=3)
-        found.append(of_motion(slope, sized_weak(machines.scene(line, {"inertia": 1})), given))
-        asked = machines.on_a_line(torque, mp.mpf(float(slope)), 20, inertia=5.9, irregularity=mp.mpf(0.05))
-        found.append(of_wheel(slope, sized_weak(machines.scene(line, {"irregularity": 0.05})), asked))
-    return found
+        inputs = machines.on_a_line(torque, mp.mpf(float(slope)), 20, inertia=3)
+        result.append(of_motion(slope, sized_weak(machines.scene(line, {"inertia": 1})), inputs))
+        request = machines.on_a_line(torque, mp.mpf(float(slope)), 20, inertia=5.9, irregularity=mp.mpf(0.05))
+        result.append(of_wheel(slope, sized_weak(machines.scene(line, {"irregularity": 0.05})), request))
+    return result
 
 
 @cache
 def stalling() -> list[Found]:
     """A flywheel just heavy enough for the load not to stop it."""
-    found, guess = [], (4, 14)
+    result, guess = [], (4, 14)
     for eps in NEAR_STALL:
         true = machines.on_a_line(60, 2, guess[1], inertia=guess[0], irregularity=mp.mpf(float(eps)))
         guess = true.inertia, true.speed
         scene = machines.scene("60 - 2*omega", {"irregularity": float(eps)}, inertia=[{"on": "crank", "value": 1e-3}])
-        found.append(of_wheel(eps, sized_weak(scene), true, 1e-3))
-    return found
+        result.append(of_wheel(eps, sized_weak(scene), true, 1e-3))
+    return result
 
 
 @cache
 def growing() -> list[Found]:
     """A load that falls with speed: a disturbance grows in a cycle, up to the multiplier's size."""
-    found = []
+    result = []
     for eps in AGAINST_GROWTH:
         scene = machines.scene("balance", {"irregularity": float(eps)}, "-400/omega", "180 deg", **LIGHT)
-        found.append(of_wheel(eps, sized_weak(scene), machines.held(400, 5, mp.mpf(float(eps))), 1e-3))
-    return found
+        result.append(of_wheel(eps, sized_weak(scene), machines.held(400, 5, mp.mpf(float(eps))), 1e-3))
+    return result
 
 
 @cache
 def damped() -> list[Found]:
     """A damper that overcomes everything else, and a balance that makes up for it."""
-    found = []
+    result = []
     for slope in STRONG:
         scene = machines.scene("balance", {"inertia": 1}, damper=[{"on": "crank", "coefficient": slope}], **BALANCED)
-        found.append(of_motion(f"{slope:g}", sized_weak(scene), machines.damped(slope, 20, 3)))
-    return found
+        result.append(of_motion(f"{slope:g}", sized_weak(scene), machines.damped(slope, 20, 3)))
+    return result
 
 
 GROUPS = {
@@ -441,13 +441,13 @@ def weak_results() -> list[Row]:
 
 @pytest.mark.parametrize("name", sample(GROUPS, 4))
 def test_every_figure_is_known_to_its_estimate(name: str) -> None:
-    assert [found for found in GROUPS[name][0]() if not found.honest] == []
+    assert [result for result in GROUPS[name][0]() if not result.honest] == []
 
 
 def test_what_holds_a_speed_ten_times_less_costs_one_digit() -> None:
-    for found, slope in zip(weak(), [s for s in WEAK for _ in range(2)], strict=True):
-        assert found.error < 2e-15 / float(slope) + 1e-12  # a few roundings, by the slope that holds the speed
-        assert found.estimate < 2e-13 / float(slope) + 1e-9
+    for result, slope in zip(weak(), [s for s in WEAK for _ in range(2)], strict=True):
+        assert result.error < 2e-15 / float(slope) + 1e-12  # a few roundings, by the slope that holds the speed
+        assert result.estimate < 2e-13 / float(slope) + 1e-9
 
 
 @pytest.mark.parametrize("power", [-12, -6, 6, 12])
@@ -466,24 +466,24 @@ def test_a_scale_of_time_or_of_mass_scales_what_is_found(power: int) -> None:
 
 @pytest.mark.slow
 def test_near_a_stall_and_against_growth_sizing_keeps_its_digits() -> None:
-    for found in (*stalling(), *growing()):
-        assert found.error < 1e-11
-        assert found.estimate < 1e-8
+    for result in (*stalling(), *growing()):
+        assert result.error < 1e-11
+        assert result.estimate < 1e-8
 
 
 def test_a_hardly_held_machine_is_sized_as_one_with_a_balance_at_its_speed() -> None:
     hardly = sized_weak(machines.scene("25 - 1e-6*(omega - 20)", {"irregularity": 0.05}))
-    held = sized_weak(machines.scene("balance", {"irregularity": 0.05}, regime={"speed": hardly.speed}))
-    assert hardly.flywheel.exact == pytest.approx(held.flywheel.exact, rel=1e-6)
+    state = sized_weak(machines.scene("balance", {"irregularity": 0.05}, regime={"speed": hardly.speed}))
+    assert hardly.flywheel.exact == pytest.approx(state.flywheel.exact, rel=1e-6)
 
 
 def test_an_irregularity_beyond_the_bare_machines_needs_no_flywheel() -> None:
     lighter = machines.scene("balance", {"irregularity": 1.95}, "-400/omega", "180 deg", regime={"speed": 5})
-    found = sized_weak(lighter)
-    assert found.flywheel.exact == 0.0
-    assert found.flywheel.needed is False
-    assert found.run is not None
-    bare = machines.held(400, 5, mp.mpf(found.run.irregularity))
+    result = sized_weak(lighter)
+    assert result.flywheel.exact == 0.0
+    assert result.flywheel.needed is False
+    assert result.run is not None
+    bare = machines.held(400, 5, mp.mpf(result.run.irregularity))
     assert float(bare.inertia) == pytest.approx(OWN, rel=1e-9)
 
 

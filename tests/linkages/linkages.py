@@ -127,11 +127,11 @@ def six_bar() -> Linkage:
 
 def six_bar_reference(phi: Any) -> dict[str, Any]:
     """The same, dyad after dyad."""
-    found = four_bar_reference(phi)
-    f = mp.mpf("0.4") + mp.expj(found["rocker"]) * mp.mpc("0.2", "-0.1")
+    result = four_bar_reference(phi)
+    f = mp.mpf("0.4") + mp.expj(result["rocker"]) * mp.mpc("0.2", "-0.1")
     g = mp.mpc("0.75", "0.05")
     h = dyad(f, g, mp.mpf("0.32"), mp.mpf("0.25"), 1)
-    return found | {"link": mp.arg(h - f), "output": mp.arg(h - g)}
+    return result | {"link": mp.arg(h - f), "output": mp.arg(h - g)}
 
 
 def whitworth(r: float = 0.1, d: float = 0.25) -> Linkage:
@@ -193,8 +193,8 @@ def rolling() -> Linkage:
 
 def rolling_reference(phi: Any) -> dict[str, Any]:
     """The pinion turns by the rack's displacement over its radius."""
-    found = slider_crank_reference(phi)
-    return found | {"pinion": (found["guide"] - mp.mpf("0.4")) / mp.mpf("-0.08")}
+    result = slider_crank_reference(phi)
+    return result | {"pinion": (result["guide"] - mp.mpf("0.4")) / mp.mpf("-0.08")}
 
 
 class Sine:
@@ -324,14 +324,14 @@ def _link(places: Mapping[str, complex], body: str, pins: list[str]) -> Link:
     return Link(body, tuple(Point(pin, z.real, z.imag) for pin, z in zip(pins, at, strict=True)), guess=angle)
 
 
-def roughly(linkage: Linkage, off: float, told: Iterable[str] | None = None) -> Linkage:
+def roughly(linkage: Linkage, off: float, text: Iterable[str] | None = None) -> Linkage:
     """The linkage with guesses `off` (rad) too far, to either side in turn, of some bodies only if told."""
-    names = sorted(link.name for link in linkage.links) if told is None else sorted(told)
+    names = sorted(link.name for link in linkage.links) if text is None else sorted(text)
     away = {name: off * (-1) ** k for k, name in enumerate(names)}
     links = (
         link._replace(guess=(link.guess or 0.0) + away[link.name] if link.name in away else None) for link in linkage.links
     )
-    joints = linkage.joints if told is None else tuple(joint._replace(guess=None) for joint in linkage.joints)
+    joints = linkage.joints if text is None else tuple(joint._replace(guess=None) for joint in linkage.joints)
     return replace(linkage, links=tuple(links), joints=joints)
 
 

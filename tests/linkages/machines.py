@@ -120,8 +120,8 @@ def prepared(name: str, actions: Actions | None = None) -> tuple[Model, Array]:
     linkage = MACHINES[name]
     last = linkage.links[-1].name
     loads = (Wrench(last, (3.0, lambda t, q, qdot: -2.0 * qdot + t), 1.5, (0.04, -0.03)), Wrench(last, (0.0, 1.0)))
-    found = model_at(linkage, STARTS[name], actions or Actions((0.3, -9.81), lambda t, q, qdot: 4.0 - 0.2 * qdot, loads))
-    return found, found.start
+    result = model_at(linkage, STARTS[name], actions or Actions((0.3, -9.81), lambda t, q, qdot: 4.0 - 0.2 * qdot, loads))
+    return result, result.start
 
 
 def model_at(linkage: Linkage, q: float, actions: Actions) -> Model:

@@ -100,9 +100,9 @@ def test_a_batch_settles_though_one_is_lost() -> None:
 
 def test_singular_systems_are_nan_and_leave_the_others() -> None:
     matrix = np.array([[[2.0, 0.0], [0.0, 4.0]], [[1.0, 1.0], [1.0, 1.0]]])
-    found = solved(matrix, np.array([[2.0, 4.0], [1.0, 0.0]]))
-    assert found[0].tolist() == [1.0, 1.0]
-    assert np.isnan(found[1]).all()
+    result = solved(matrix, np.array([[2.0, 4.0], [1.0, 0.0]]))
+    assert result[0].tolist() == [1.0, 1.0]
+    assert np.isnan(result[1]).all()
 
 
 @pytest.mark.parametrize(
@@ -110,16 +110,16 @@ def test_singular_systems_are_nan_and_leave_the_others() -> None:
     [(four_bar(), 2, 1), (six_bar(), 4, 2), (slider_crank(), 2, 1), (whitworth(), 4, 2)],
 )
 def test_two_equations_a_loop(linkage: object, unknowns: int, closures: int) -> None:
-    found = loops(linkage)  # type: ignore[arg-type]
-    assert (found.unknowns, len(found.closures)) == (unknowns, closures)
-    assert found.equations == found.unknowns
+    result = loops(linkage)  # type: ignore[arg-type]
+    assert (result.unknowns, len(result.closures)) == (unknowns, closures)
+    assert result.equations == result.unknowns
 
 
 def test_bodies_that_slide_share_their_angle() -> None:
-    found = loops(slider_crank())
-    names = found.linkage.names
-    assert not found.angles[names.index("slider")].weights.any()
-    assert found.names == ("coordinate of O", "angle of rod", "slide of guide")
+    result = loops(slider_crank())
+    names = result.linkage.names
+    assert not result.angles[names.index("slider")].weights.any()
+    assert result.names == ("coordinate of O", "angle of rod", "slide of guide")
 
 
 def test_a_body_on_nothing() -> None:
@@ -150,8 +150,8 @@ def test_two_slides_that_agree_are_one_too_many() -> None:
 
 def test_a_pin_between_moving_bodies_may_drive() -> None:
     base = six_bar()
-    found = loops(replace(base, driver="B"))
-    assert found.names[0] == "coordinate of B"
+    result = loops(replace(base, driver="B"))
+    assert result.names[0] == "coordinate of B"
 
 
 # Positions and influence coefficients of linkages of every kind against 30-digit references.
@@ -185,13 +185,13 @@ def test_agrees_with_the_reference(case: str) -> None:
         expected = [derivatives(reference, name, q) for q in ANGLES]
         scale = max(abs(value) for triple in expected for value in triple[1:])
         for q, (value, rate, slope) in zip(ANGLES, expected, strict=True):
-            found = found_at(solution, name, q)
-            gap = found[0] - value
+            result = found_at(solution, name, q)
+            gap = result[0] - value
             if name in linkage.names:
                 gap = (gap + pi) % tau - pi
             assert abs(gap) < 1e-13 * max(scale, 1.0), (name, q)
-            assert abs(found[1] - rate) < 1e-12 * scale, (name, q)
-            assert abs(found[2] - slope) < 1e-12 * scale, (name, q)
+            assert abs(result[1] - rate) < 1e-12 * scale, (name, q)
+            assert abs(result[2] - slope) < 1e-12 * scale, (name, q)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -257,10 +257,10 @@ def test_slider_crank_close_to_its_lock(ratio: float) -> None:
             run = mp.sqrt(length**2 - (r * mp.sin(x)) ** 2)
             value = r * mp.cos(x) + run
             rate = -r * mp.sin(x) - r**2 * mp.sin(x) * mp.cos(x) / run
-            found = found_at(solution, "guide", q)
+            result = found_at(solution, "guide", q)
             closeness = float(length / run)
-            assert abs(found[0] - float(value)) < 1e-16 * 20 * closeness
-            assert abs(found[1] - float(rate)) < 1e-16 * 40 * closeness**2 * 0.1 + 1e-16
+            assert abs(result[0] - float(value)) < 1e-16 * 20 * closeness
+            assert abs(result[1] - float(rate)) < 1e-16 * 40 * closeness**2 * 0.1 + 1e-16
 
 
 def test_positions_that_are_not_reached_are_told() -> None:
@@ -291,8 +291,8 @@ def test_arrays_that_are_kept_cannot_be_changed() -> None:
 def test_a_crank_s_point_goes_round() -> None:
     track = solve(four_bar(), 0.0, tau).poses(Q).point("crank", (0.1, 0.05))
     point = (0.1 + 0.05j) * np.exp(1j * Q)
-    for found, expected in zip(track, (point, 1j * point, -point), strict=True):
-        np.testing.assert_allclose(found[0] + 1j * found[1], expected, atol=1e-15)
+    for result, expected in zip(track, (point, 1j * point, -point), strict=True):
+        np.testing.assert_allclose(result[0] + 1j * result[1], expected, atol=1e-15)
 
 
 def test_derivatives_of_a_floating_point() -> None:
@@ -312,8 +312,8 @@ def test_the_centre_of_mass_is_a_point_of_its_body() -> None:
 def test_a_body_that_holds_the_frame_at_an_angle_is_turned_against_it() -> None:
     base = slider_crank()
     weld = Joint("weld", FIXED, "stand", FRAME, base.ground.points[0], base.ground.points[0], angle=0.3)
-    held = replace(base, links=(*base.links, Link("stand", base.ground.points)), joints=(weld, *base.joints))
-    poses, plain = (solve(linkage, 0.0, 1.0).poses([0.7]) for linkage in (held, base))
+    state = replace(base, links=(*base.links, Link("stand", base.ground.points)), joints=(weld, *base.joints))
+    poses, plain = (solve(linkage, 0.0, 1.0).poses([0.7]) for linkage in (state, base))
     np.testing.assert_allclose(poses.angle("stand").value, -0.3, atol=1e-15)
     np.testing.assert_allclose(poses.angle("rod").value, plain.angle("rod").value, atol=1e-14)
 
@@ -361,9 +361,9 @@ def test_the_rates_of_both_assemblies_are_those_on_either_side_of_the_change_poi
 
     h, text = 1e-4, refusal(change_point_four_bar(d, r, c, rocker))
     rates = [((angles(pi - h, side) - angles(pi - 2 * h, side) + pi) % tau - pi) / h for side in (1, -1)]
-    told = re.findall(r"coupler (\S+) rad, rocker (\S+) rad per rad of the driver", text)
-    assert len(told) == 2
-    np.testing.assert_allclose(np.sort(np.array(told, dtype=float), axis=0), np.sort(rates, axis=0), atol=2e-3)
+    words = re.findall(r"coupler (\S+) rad, rocker (\S+) rad per rad of the driver", text)
+    assert len(words) == 2
+    np.testing.assert_allclose(np.sort(np.array(words, dtype=float), axis=0), np.sort(rates, axis=0), atol=2e-3)
 
 
 def test_a_kite_that_folds_onto_itself_has_a_family_where_the_driver_rests() -> None:
@@ -470,12 +470,12 @@ def off(centre, k, true):
 
 
 def test_those_of_a_four_bar_are_where_its_bars_meet():
-    found = centres_of(whole("four-bar").poses(CENTRE_ANGLES))
+    result = centres_of(whole("four-bar").poses(CENTRE_ANGLES))
     for k, phi in enumerate(map(mp.mpf, CENTRE_ANGLES.tolist())):
         angles = four_bar_reference(phi)
         a, b, d = mp.mpf("0.1") * mp.expj(phi), mp.mpf("0.4") + mp.mpf("0.3") * mp.expj(angles["rocker"]), mp.mpf("0.4")
         for pair, true in (((FRAME, "coupler"), crossing(0, a, d, b)), (("crank", "rocker"), crossing(0, d, a, b))):
-            centre = found[pair]
+            centre = result[pair]
             assert not centre.permanent
             assert centre.kind[k] == FINITE
             assert off(centre, k, true) <= centre.error[k] < 1e-9 * (1 + abs(true)) ** 2
@@ -484,18 +484,18 @@ def test_those_of_a_four_bar_are_where_its_bars_meet():
 def test_far_away_the_error_is_told():
     """The rod's is on the crank's line, above the slider: it goes to infinity as the crank comes to stand across."""
     away = np.concatenate([[s * 10.0**-k for s in (-1, 1)] for k in range(1, 15)])
-    found = centres_of(whole("slider-crank").poses(pi / 2 + away))[FRAME, "rod"]
+    result = centres_of(whole("slider-crank").poses(pi / 2 + away))[FRAME, "rod"]
     seen = 0
     for k, phi in enumerate((pi / 2 + away).tolist()):
         true = slider_crank_reference(mp.mpf(phi))["guide"] * mp.mpc(1, mp.tan(mp.mpf(phi)))
-        if found.kind[k] == FINITE:
-            assert off(found, k, true) <= found.error[k] < 1e-12 * abs(true) ** 2 * 100
+        if result.kind[k] == FINITE:
+            assert off(result, k, true) <= result.error[k] < 1e-12 * abs(true) ** 2 * 100
             seen += 1
         else:
             assert abs(true) > 1e11
-            assert np.isnan(found.place[:, k]).all()
+            assert np.isnan(result.place[:, k]).all()
     assert 24 <= seen <= 27
-    assert found.error[20] > 1e3 * found.error[10]
+    assert result.error[20] > 1e3 * result.error[10]
 
 
 def test_far_away_a_rate_that_is_a_small_difference_counts():
@@ -507,38 +507,38 @@ def test_far_away_a_rate_that_is_a_small_difference_counts():
         signs = np.sign(solution.poses([low, middle]).angle("coupler").rate)
         low, high = (low, middle) if signs[0] != signs[1] else (middle, high)
     phi = low + 10.0 ** -np.arange(2.0, 13.0)
-    found = centres_of(solution.poses(phi))[FRAME, "coupler"]
-    assert np.count_nonzero(found.kind == FINITE) >= 10
-    for k in np.flatnonzero(found.kind == FINITE):
+    result = centres_of(solution.poses(phi))[FRAME, "coupler"]
+    assert np.count_nonzero(result.kind == FINITE) >= 10
+    for k in np.flatnonzero(result.kind == FINITE):
         with mp.workdps(30):
             angle = four_bar_reference(mp.mpf(float(phi[k])))["rocker"]
             b, d = mp.mpf("0.4") + mp.mpf("0.3") * mp.expj(angle), mp.mpf("0.4")
             true = crossing(mp.mpf(0), mp.expj(mp.mpf(float(phi[k]))), d, b)
-            assert off(found, k, true) <= found.error[k] < 1e-11 * abs(true) ** 2
+            assert off(result, k, true) <= result.error[k] < 1e-11 * abs(true) ** 2
 
 
 def test_at_infinity_there_is_the_direction_alone():
     inline = slider_crank(e=0.0)
     poses = whole_solution(inline, 0.0, 7.0).poses([pi / 2, 1.0])
-    found = centres_of(poses)
-    rod, guide = found[FRAME, "rod"], found[FRAME, "slider"]
+    result = centres_of(poses)
+    rod, guide = result[FRAME, "rod"], result[FRAME, "slider"]
     assert rod.kind.tolist() == [INFINITE, FINITE]
     assert not rod.permanent
     assert guide.kind.tolist() == [INFINITE] * 2
     assert guide.permanent
     assert abs(rod.direction[0]) == pytest.approx(pi / 2, abs=1e-12)
     assert np.isnan(rod.direction[1])
-    assert found["rod", "slider"].permanent
-    assert found["rod", "slider"].kind[0] == FINITE
+    assert result["rod", "slider"].permanent
+    assert result["rod", "slider"].kind[0] == FINITE
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_three_bodies_have_three_centres_on_a_line(case):
     linkage = CASES[case][0]
-    found = centres_of(whole(case).poses(CENTRE_ANGLES))
+    result = centres_of(whole(case).poses(CENTRE_ANGLES))
     tried = 0
     for triple in combinations(linkage.names, 3):
-        centres = [found[pair] for pair in combinations(triple, 2)]
+        centres = [result[pair] for pair in combinations(triple, 2)]
         finite = np.all([centre.kind == FINITE for centre in centres], axis=0)
         (x1, y1), (x2, y2), (x3, y3) = (centre.place[:, finite] for centre in centres)
         area = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)
@@ -552,9 +552,9 @@ def test_three_bodies_have_three_centres_on_a_line(case):
 @pytest.mark.parametrize("case", CASES)
 def test_they_give_the_velocities_that_influence_coefficients_give(case):
     linkage, poses = CASES[case][0], whole(case).poses(CENTRE_ANGLES)
-    found = centres_of(poses)
+    result = centres_of(poses)
     for link in linkage.links:
-        centre = found[FRAME, link.name]
+        centre = result[FRAME, link.name]
         for point in link.points:
             by_centre, error = velocity(poses, link.name, point, centre)
             assert (np.abs(by_centre - poses.point(link.name, point).rate) <= error + 1e-16).all()
@@ -564,26 +564,26 @@ def test_they_give_the_velocities_that_influence_coefficients_give(case):
 def test_the_sliders_speed_is_omega_times_the_distance_of_the_shared_point():
     """And, as the source has it, omega r PB/PA with the rod's centre P."""
     poses = whole("slider-crank").poses(CENTRE_ANGLES)
-    found = centres_of(poses)
+    result = centres_of(poses)
     slider = np.abs(poses.point("slider", (0.0, 0.0)).rate[0])
-    np.testing.assert_allclose(np.hypot(*found["crank", "slider"].place), slider, rtol=1e-12)
-    pin, end, centre = poses.point("rod", (0, 0)).value, poses.point("rod", (0.3, 0)).value, found[FRAME, "rod"].place
+    np.testing.assert_allclose(np.hypot(*result["crank", "slider"].place), slider, rtol=1e-12)
+    pin, end, centre = poses.point("rod", (0, 0)).value, poses.point("rod", (0.3, 0)).value, result[FRAME, "rod"].place
     np.testing.assert_allclose(0.1 * np.hypot(*(end - centre)) / np.hypot(*(pin - centre)), slider, rtol=1e-12)
 
 
 def test_gears_touch_in_their_pitch_point():
     """Between the axes, at their distance shared out as the radii."""
-    found = centres_of(whole("geared five-bar").poses(CENTRE_ANGLES))["crank", "second"]
-    np.testing.assert_allclose(found.place, np.outer([0.2, 0.0], np.ones(9)), atol=1e-14)
+    result = centres_of(whole("geared five-bar").poses(CENTRE_ANGLES))["crank", "second"]
+    np.testing.assert_allclose(result.place, np.outer([0.2, 0.0], np.ones(9)), atol=1e-14)
 
 
 def test_a_follower_that_dwells_has_no_motion_of_its_own():
-    found = centres_of(whole("cam and lever").poses([0.0]))
-    assert found[FRAME, "lever"].kind[0] == FINITE
-    assert found[FRAME, "lever"].permanent
-    assert found[FRAME, "bar"].kind[0] == ANYWHERE
-    assert np.isnan(found[FRAME, "bar"].error[0])
-    still, error = velocity(whole("cam and lever").poses([0.0]), "bar", (0.1, 0.0), found[FRAME, "bar"])
+    result = centres_of(whole("cam and lever").poses([0.0]))
+    assert result[FRAME, "lever"].kind[0] == FINITE
+    assert result[FRAME, "lever"].permanent
+    assert result[FRAME, "bar"].kind[0] == ANYWHERE
+    assert np.isnan(result[FRAME, "bar"].error[0])
+    still, error = velocity(whole("cam and lever").poses([0.0]), "bar", (0.1, 0.0), result[FRAME, "bar"])
     assert np.abs(still).max() == 0.0
     assert error[0] < 1e-12
 
@@ -656,21 +656,21 @@ def exactly(mechanism: Mechanism, q: np.ndarray) -> dict[str, Track]:
 
 def motion(mechanism: Mechanism, solution: Solution, poses: Poses) -> dict[str, Track]:
     """The solver's motion by the names of the closed form: ports, and velocities of the centres of mass."""
-    found = {}
+    result = {}
     for name in build(mechanism).ports:
         slide = SLIDES[mechanism.type].get(name)
-        found[name] = solution.coordinate(slide, poses) if slide else poses.angle(name)
+        result[name] = solution.coordinate(slide, poses) if slide else poses.angle(name)
     for link in linkage_of(mechanism).links:
         for axis, name in enumerate(("x", "y")):
-            found[f"{link.name}.com.{name}"] = Track(*(part[axis] for part in poses.centre(link.name)))
-    return found
+            result[f"{link.name}.com.{name}"] = Track(*(part[axis] for part in poses.centre(link.name)))
+    return result
 
 
-def gap(found: Track, exact: Track, turning: bool) -> list[float]:
+def gap(result: Track, exact: Track, turning: bool) -> list[float]:
     """Greatest difference of value, g and g', each as a share of the greatest there is, or of 1."""
-    first = found.value - exact.value
+    first = result.value - exact.value
     first = (first + pi) % tau - pi if turning else first
-    parts = (first, found.rate - exact.rate, found.slope - exact.slope)
+    parts = (first, result.rate - exact.rate, result.slope - exact.slope)
     return [float(np.max(np.abs(part)) / max(1.0, np.max(np.abs(of)))) for part, of in zip(parts, exact, strict=True)]
 
 
@@ -678,11 +678,11 @@ def gap(found: Track, exact: Track, turning: bool) -> list[float]:
 def test_the_solver_has_the_motion_and_the_inertia_of_the_closed_form(mechanism: Mechanism) -> None:
     family, q = build(mechanism), positions(mechanism)
     solution, poses = followed(mechanism, q)
-    exact, found = exactly(mechanism, q), motion(mechanism, solution, poses)
+    exact, result = exactly(mechanism, q), motion(mechanism, solution, poses)
     for name in family.ports:
-        assert max(gap(found[name], exact[name], name not in SLIDES[mechanism.type])) <= 1e-12, name
-    for name in set(exact) & {name for name in found if ".com." in name}:
-        assert max(gap(found[name]._replace(value=q), exact[name], False)) <= 1e-12, name
+        assert max(gap(result[name], exact[name], name not in SLIDES[mechanism.type])) <= 1e-12, name
+    for name in set(exact) & {name for name in result if ".com." in name}:
+        assert max(gap(result[name]._replace(value=q), exact[name], False)) <= 1e-12, name
     inertia: Any = sum(mass.value * exact[mass.velocity].rate ** 2 for mass in family.masses)
     expected = np.zeros_like(q)
     for link in linkage_of(mechanism).links:
@@ -697,14 +697,14 @@ def test_the_solver_has_the_motion_and_the_inertia_of_the_closed_form(mechanism:
 def test_close_to_a_lock_they_agree_as_far_as_lengths_are_known(mechanism: Mechanism) -> None:
     """To 1e-12, or to what one rounding of each length makes of g and g' where that is more."""
     family, q = build(mechanism), positions(mechanism)
-    exact, found = exactly(mechanism, q), motion(mechanism, *followed(mechanism, q))
+    exact, result = exactly(mechanism, q), motion(mechanism, *followed(mechanism, q))
     for name in family.ports:
         turning = name not in SLIDES[mechanism.type]
-        known = np.zeros(3)
+        reference = np.zeros(3)
         for length, value in mechanism.geometry.items():
             moved = replace(mechanism, geometry={**mechanism.geometry, length: value * (1 + 2.0**-52)})
-            known += gap(exactly(moved, q)[name], exact[name], turning)
-        assert np.all(np.array(gap(found[name], exact[name], turning)) <= np.maximum(1e-12, 4 * known)), name
+            reference += gap(exactly(moved, q)[name], exact[name], turning)
+        assert np.all(np.array(gap(result[name], exact[name], turning)) <= np.maximum(1e-12, 4 * reference)), name
 
 
 @pytest.mark.parametrize("mechanism", PLAIN.values(), ids=PLAIN.keys())
@@ -776,36 +776,36 @@ def touch(linkage):
     ],
 )
 def test_wheels_touch_where_their_pitch_circles_do(linkage, at, aside):
-    found, _ = touch(linkage)
-    np.testing.assert_allclose(found.at, np.outer(at, CONTACTS_Q**0), atol=1e-15)
-    np.testing.assert_allclose(found.aside, np.outer(aside, CONTACTS_Q**0), atol=1e-14)
+    result, _ = touch(linkage)
+    np.testing.assert_allclose(result.at, np.outer(at, CONTACTS_Q**0), atol=1e-15)
+    np.testing.assert_allclose(result.aside, np.outer(aside, CONTACTS_Q**0), atol=1e-14)
 
 
 def test_a_planet_touches_its_sun_on_the_arm():
-    found, poses = touch(forced.planetary())
+    result, poses = touch(forced.planetary())
     arm = poses.point("arm", (0.1, 0.0)).value
-    np.testing.assert_allclose(found.at, 0.6 * arm, atol=1e-15)  # sun 0.06, planet 0.04: 1.5 turns a turn
-    assert (found.first, found.second) == (0, 2)
+    np.testing.assert_allclose(result.at, 0.6 * arm, atol=1e-15)  # sun 0.06, planet 0.04: 1.5 turns a turn
+    assert (result.first, result.second) == (0, 2)
 
 
 def test_a_wheel_rolls_below_its_axle():
-    found, poses = touch(forced.rolling_wheel())
+    result, poses = touch(forced.rolling_wheel())
     axle = poses.point("slider", (0.0, 0.05)).value
-    np.testing.assert_allclose(found.at, axle - np.array([[0.0], [0.05]]), atol=1e-15)
+    np.testing.assert_allclose(result.at, axle - np.array([[0.0], [0.05]]), atol=1e-15)
 
 
 def test_a_flat_face_is_touched_at_the_eccentricity_of_the_lifts_slope():
-    found, _ = touch(forced.cam("flat"))
+    result, _ = touch(forced.cam("flat"))
     slope = -0.01 * np.sin(CONTACTS_Q) + 0.006 * np.cos(2 * CONTACTS_Q)
     lift = 0.05 + 0.01 * np.cos(CONTACTS_Q) + 0.003 * np.sin(2 * CONTACTS_Q)
-    np.testing.assert_allclose(found.at, np.stack((slope, lift)), atol=1e-15)
-    np.testing.assert_allclose(found.push, np.stack((0 * CONTACTS_Q, 1 + 0 * CONTACTS_Q)), atol=1e-15)
+    np.testing.assert_allclose(result.at, np.stack((slope, lift)), atol=1e-15)
+    np.testing.assert_allclose(result.push, np.stack((0 * CONTACTS_Q, 1 + 0 * CONTACTS_Q)), atol=1e-15)
 
 
 def test_a_roller_is_pushed_across_the_pitch_curve():
     """The normal of the curve that the roller's centre draws on the cam, by differences of that curve."""
     linkage = forced.cam("roller")
-    found, poses = touch(linkage)
+    result, poses = touch(linkage)
     near = solve(linkage, 0.0, 3.1)
 
     def drawn(q):
@@ -815,8 +815,8 @@ def test_a_roller_is_pushed_across_the_pitch_curve():
         return (x + 1j * y) * np.exp(-1j * angle)
 
     along = (drawn(CONTACTS_Q + 1e-5) - drawn(CONTACTS_Q - 1e-5)) * np.exp(1j * poses.angle("cam").value)
-    assert np.abs(found.push[0] * along.real + found.push[1] * along.imag).max() < 1e-9 * np.abs(along).min() * 10
-    assert (found.push[1] > 0.5).all()
+    assert np.abs(result.push[0] * along.real + result.push[1] * along.imag).max() < 1e-9 * np.abs(along).min() * 10
+    assert (result.push[1] > 0.5).all()
 
 
 def test_the_pressure_angle_parts_the_wheels_whichever_flank_drives():

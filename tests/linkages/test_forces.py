@@ -50,16 +50,16 @@ def loaded(name, **more):
 @pytest.mark.parametrize("name", sample(EVERY, 2))
 def test_virtual_power_agrees_with_newton_and_euler(name):
     """By velocities at joints and contacts, which do not part in the motion that the driver makes."""
-    found = loaded(name)
-    known = [size for joint in found.forces if not np.isnan(size := found.resultant(joint)).any()]
-    largest = max((size.max() for size in known), default=np.abs(found.action).max())
-    for joint, parts in virtual_power(found).items():
+    result = loaded(name)
+    reference = [size for joint in result.forces if not np.isnan(size := result.resultant(joint)).any()]
+    largest = max((size.max() for size in reference), default=np.abs(result.action).max())
+    for joint, parts in virtual_power(result).items():
         for part, value in parts.items():
-            mine = found.actions[joint] if part == "drive" else found.components[joint][part]
+            mine = result.actions[joint] if part == "drive" else result.components[joint][part]
             np.testing.assert_allclose(mine, value, rtol=0, atol=1e-10 * largest)
-    assert found.residual.max() < 1e-12
-    assert found.friction.converged.all()
-    poses = found.poses
+    assert result.residual.max() < 1e-12
+    assert result.friction.converged.all()
+    poses = result.poses
     for (joint, part), row in constraints(poses, [poses.linkage.driver]).items():
         parting = np.einsum("bin,bin->n", row, poses.rate)
         atol = 1e-11 * np.abs(poses.rate).max()
@@ -67,13 +67,13 @@ def test_virtual_power_agrees_with_newton_and_euler(name):
 
 
 def test_releasing_a_redundant_constraint_sets_nothing_free():
-    found = loaded("redundant slider-crank")
-    other = virtual_power(found)
-    assert set(found.undetermined) == {f"{g}.{p}" for g in ("guide", "other_guide") for p in ("normal", "moment")}
+    result = loaded("redundant slider-crank")
+    other = virtual_power(result)
+    assert set(result.undetermined) == {f"{g}.{p}" for g in ("guide", "other_guide") for p in ("normal", "moment")}
     for guide in ("guide", "other_guide"):
         assert all(np.isnan(part).all() for part in other[guide].values())
-    assert not np.isnan(found.action).any()
-    assert not np.isnan(found.components["slider_pin"]["x"]).any()
+    assert not np.isnan(result.action).any()
+    assert not np.isnan(result.components["slider_pin"]["x"]).any()
 
 
 @pytest.mark.parametrize("name", sample(TURNING, 3))
@@ -91,12 +91,12 @@ def test_the_drive_pays_for_energy_and_friction(name):
         return total
 
     acceleration = SPEED * 2.0 * np.cos(Q)
-    found = reactions(solution(name), Q, SPEED, acceleration, gravity=(0.0, -G), loads=[Force(last, "o", -50.0, 20.0)])
-    rate = found.poses.point(last, (0.0, 0.0)).rate
+    result = reactions(solution(name), Q, SPEED, acceleration, gravity=(0.0, -G), loads=[Force(last, "o", -50.0, 20.0)])
+    rate = result.poses.point(last, (0.0, 0.0)).rate
     growth = (energy(Q + eps) - energy(Q - eps)) / (2 * eps) * SPEED
-    paid = (found.action + found.friction.moment - 50.0 * rate[0] + 20.0 * rate[1]) * SPEED
+    paid = (result.action + result.friction.moment - 50.0 * rate[0] + 20.0 * rate[1]) * SPEED
     np.testing.assert_allclose(paid, growth, rtol=0, atol=2e-7 * np.abs(growth).max() + 1e-6)
-    np.testing.assert_allclose(found.power, found.action * SPEED, rtol=1e-12)
+    np.testing.assert_allclose(result.power, result.action * SPEED, rtol=1e-12)
 
 
 RUBBING = [name for name in TURNING if "rubbing" in name or name in ("six-bar", "slider-crank with a shoe")]
@@ -106,12 +106,12 @@ RUBBING = [name for name in TURNING if "rubbing" in name or name in ("six-bar", 
 def test_friction_only_takes(name):
     """Its power is never positive, whichever way the machine runs, and it is what the driving action grows by."""
     for speed in (6.0, -6.0):
-        found = reactions(solution(name), Q, speed, 40.0, gravity=(0.0, -G))
+        result = reactions(solution(name), Q, speed, 40.0, gravity=(0.0, -G))
         smooth = reactions(solution(name), Q, speed, 40.0, gravity=(0.0, -G), friction=False)
-        cost = found.friction.moment
+        cost = result.friction.moment
         assert (cost * speed <= 0).all()
         assert (cost * speed < 0).any()
-        np.testing.assert_allclose(found.action - smooth.action, -cost, rtol=0, atol=1e-11 * np.abs(found.action).max())
+        np.testing.assert_allclose(result.action - smooth.action, -cost, rtol=0, atol=1e-11 * np.abs(result.action).max())
         assert smooth.friction.iterations == 0
         assert not smooth.friction.moment.any()
 
@@ -142,8 +142,8 @@ def test_a_spring_between_two_bodies_takes_no_part_in_the_sum_of_forces():
     """An effort in a joint is a pair: the foundation feels the same with it and without, but for the driving torque."""
     plain = reactions(forced.four_bar(), Q, 10.0)
     sprung = reactions(forced.four_bar(), Q, 10.0, loads=[Effort("coupler_pin", -8.0 * np.cos(Q))])
-    for found in (plain, sprung):
-        feet = found.forces["pivot"] + found.forces["rocker_pivot"]
+    for result in (plain, sprung):
+        feet = result.forces["pivot"] + result.forces["rocker_pivot"]
         np.testing.assert_allclose(feet, plain.forces["pivot"] + plain.forces["rocker_pivot"], atol=1e-10)
     assert np.abs(sprung.action - plain.action).max() > 0.1
 
@@ -164,26 +164,26 @@ def test_a_rack_by_hand():
     """60 N along the guide against a pinion of 0.08 m, teeth at 0.35 rad: the guide bears what parts them."""
     load = 60.0 * np.exp(0.3j)
     loads = [Force("plate", "o", -load.real, -load.imag)]
-    found = reactions(weightless(forced.rack()), [0.4, 1.1], 1.0, loads=loads, friction=False)
-    np.testing.assert_allclose(found.action, 60.0 * 0.08, rtol=1e-12)
-    np.testing.assert_allclose(found.components["mesh"]["tangential"], 60.0, rtol=1e-12)
-    np.testing.assert_allclose(found.components["mesh"]["radial"], 60.0 * np.tan(0.35), rtol=1e-12)
-    normal = found.components["guide"]["normal"]  # the rack lies below: it is pressed down
+    result = reactions(weightless(forced.rack()), [0.4, 1.1], 1.0, loads=loads, friction=False)
+    np.testing.assert_allclose(result.action, 60.0 * 0.08, rtol=1e-12)
+    np.testing.assert_allclose(result.components["mesh"]["tangential"], 60.0, rtol=1e-12)
+    np.testing.assert_allclose(result.components["mesh"]["radial"], 60.0 * np.tan(0.35), rtol=1e-12)
+    normal = result.components["guide"]["normal"]  # the rack lies below: it is pressed down
     np.testing.assert_allclose(normal, 60.0 * np.tan(0.35), rtol=1e-12)
     push = load + 1j * normal * np.exp(0.3j) * -1.0
-    np.testing.assert_allclose(found.forces["mesh"][0] + 1j * found.forces["mesh"][1], push, rtol=1e-12)
-    np.testing.assert_allclose(found.forces["pivot"][0] + 1j * found.forces["pivot"][1], push, rtol=1e-12)
+    np.testing.assert_allclose(result.forces["mesh"][0] + 1j * result.forces["mesh"][1], push, rtol=1e-12)
+    np.testing.assert_allclose(result.forces["pivot"][0] + 1j * result.forces["pivot"][1], push, rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", sample(["flat", "roller"], 2))
 def test_a_cam_by_hand(kind):
     """80 N on the follower: the drive bears 80 lift'; a flat face takes it at the eccentricity, a roller by its normal."""
     way = solve(weightless(forced.cam(kind)), 0.0, 6.3)
-    found = reactions(way, Q, 1.0, loads=[Force("follower", "o", 0.0, -80.0)])
+    result = reactions(way, Q, 1.0, loads=[Force("follower", "o", 0.0, -80.0)])
     lift = 0.05 + 0.01 * np.cos(Q) + 0.003 * np.sin(2 * Q)
     slope = -0.01 * np.sin(Q) + 0.006 * np.cos(2 * Q)
-    np.testing.assert_allclose(found.action, 80.0 * slope, rtol=1e-11, atol=1e-12)
-    guide, normal = found.components["follower_joint"], found.components["contact"]["normal"]
+    np.testing.assert_allclose(result.action, 80.0 * slope, rtol=1e-11, atol=1e-12)
+    guide, normal = result.components["follower_joint"], result.components["contact"]["normal"]
     if kind == "flat":
         np.testing.assert_allclose(normal, 80.0, rtol=1e-12)
         np.testing.assert_allclose(guide["moment"], -80.0 * (slope - 0.01), rtol=1e-11)
@@ -193,7 +193,7 @@ def test_a_cam_by_hand(kind):
         np.testing.assert_allclose(normal, 80.0 * np.hypot(1.0, slant), rtol=1e-11)
         np.testing.assert_allclose(np.abs(guide["normal"]), 80.0 * np.abs(slant), rtol=1e-11)
         np.testing.assert_allclose(guide["moment"], 0.0, atol=1e-12)
-    assert not found.pulling()
+    assert not result.pulling()
     lifted = reactions(way, Q, 1.0, loads=[Force("follower", "o", 0.0, 80.0 * np.sign(Q - 3.0))])
     np.testing.assert_array_equal(lifted.pulling()["contact"], Q[Q > 3.0])
     assert "it lifts off" in lifted.table()
@@ -202,10 +202,10 @@ def test_a_cam_by_hand(kind):
 def test_a_slot_by_hand():
     """A torque of 30 N m on the lever: its slot takes 30/s from the crank's pin, across itself."""
     way = solve(weightless(forced.whitworth()), 0.0, 6.3)
-    found = reactions(way, Q, 1.0, loads=[Torque("lever", 30.0)])
-    s = way.coordinate("slot", found.poses).value
-    np.testing.assert_allclose(found.components["slot"]["normal"], 30.0 / s, rtol=1e-10)
-    np.testing.assert_allclose(found.action, -30.0 * found.poses.angle("lever").rate, rtol=1e-10)
+    result = reactions(way, Q, 1.0, loads=[Torque("lever", 30.0)])
+    s = way.coordinate("slot", result.poses).value
+    np.testing.assert_allclose(result.components["slot"]["normal"], 30.0 / s, rtol=1e-10)
+    np.testing.assert_allclose(result.action, -30.0 * result.poses.angle("lever").rate, rtol=1e-10)
 
 
 def test_motion_that_does_not_fit_is_refused():
@@ -245,37 +245,37 @@ def block(mu=0.2, length=0.0):
 @pytest.mark.parametrize("lift", [0.0, 150.0])
 def test_sliding_block(speed, lift):
     """F = mu |m g - lift| against the motion, whichever side of the guide bears."""
-    found = reactions_at(block(), speed, gravity=(0.0, -10.0), loads=[Force("block", "o", 0.0, lift)])
+    result = reactions_at(block(), speed, gravity=(0.0, -10.0), loads=[Force("block", "o", 0.0, lift)])
     force = 0.2 * abs(100.0 - lift) * np.sign(speed)
-    assert found.action[0] == pytest.approx(force, rel=1e-12)
-    assert found.components["guide"]["friction"][0] == pytest.approx(-force, rel=1e-12)
-    assert found.friction.moment[0] == pytest.approx(-force, rel=1e-12)
-    np.testing.assert_allclose(found.forces["guide"][:, 0], [-force, 100.0 - lift], atol=1e-12)
+    assert result.action[0] == pytest.approx(force, rel=1e-12)
+    assert result.components["guide"]["friction"][0] == pytest.approx(-force, rel=1e-12)
+    assert result.friction.moment[0] == pytest.approx(-force, rel=1e-12)
+    np.testing.assert_allclose(result.forces["guide"][:, 0], [-force, 100.0 - lift], atol=1e-12)
 
 
 def test_there_is_no_friction_at_rest():
-    found = reactions_at(block(), 0.0, gravity=(0.0, -10.0))
-    assert found.action[0] == 0.0
-    assert found.friction.iterations <= 1
+    result = reactions_at(block(), 0.0, gravity=(0.0, -10.0))
+    assert result.action[0] == 0.0
+    assert result.friction.iterations <= 1
 
 
 def test_a_tilting_block_rubs_at_both_ends_of_its_shoe():
     """A couple of 30 N m on a shoe of 0.1 m: normals of 300 N up in front and down behind, each of which rubs."""
-    found = reactions_at(block(length=0.1), 1.0, loads=[Torque("block", -30.0)])
-    parts = {name: part[0] for name, part in found.components["guide"].items()}
+    result = reactions_at(block(length=0.1), 1.0, loads=[Torque("block", -30.0)])
+    parts = {name: part[0] for name, part in result.components["guide"].items()}
     assert parts == pytest.approx(
         {"normal": 0.0, "moment": 30.0, "friction": -120.0, "front": 300.0, "rear": -300.0}, abs=1e-9
     )
-    assert found.action[0] == pytest.approx(120.0, rel=1e-12)
+    assert result.action[0] == pytest.approx(120.0, rel=1e-12)
 
 
 def test_a_wheel_on_its_pivot_drags_by_the_friction_circle():
     """M = r mu/sqrt(1 + mu²) R, with R = 50 N."""
     joint = Joint("pivot", "pin", "frame", "wheel", ORIGIN, ORIGIN, friction=0.75, radius=0.02)
     poses = alone(joint, Link("wheel", (ORIGIN,)))
-    found = reactions_at(poses, 8.0, loads=[Force("wheel", "o", 30.0, -40.0)])
-    assert found.action[0] == pytest.approx(0.6 * 0.02 * 50.0, rel=1e-12)
-    assert found.components["pivot"]["friction"][0] == pytest.approx(-0.6, rel=1e-12)
+    result = reactions_at(poses, 8.0, loads=[Force("wheel", "o", 30.0, -40.0)])
+    assert result.action[0] == pytest.approx(0.6 * 0.02 * 50.0, rel=1e-12)
+    assert result.components["pivot"]["friction"][0] == pytest.approx(-0.6, rel=1e-12)
 
 
 def friction_weightless(linkage: Linkage) -> Linkage:
@@ -288,7 +288,7 @@ def test_a_rod_between_two_friction_circles():
     mu, radius, load = 0.3, 0.02, -800.0
     rho = radius * mu / np.hypot(1.0, mu)
     q = np.linspace(0.2, 6.1, 23)
-    found = reactions(friction_weightless(forced.slider_crank(mu, radius)), q, 5.0, loads=[Force("slider", "o", load)])
+    result = reactions(friction_weightless(forced.slider_crank(mu, radius)), q, 5.0, loads=[Force("slider", "o", load)])
     beta = np.arcsin(-0.1 * np.sin(q) / 0.35)
     beta1 = -0.1 * np.cos(q) / (0.35 * np.cos(beta))
     sway, slip = np.sign(beta1 - 1.0), np.sign(beta1)  # of the rod against the crank and against the slider: -slip
@@ -303,10 +303,10 @@ def test_a_rod_between_two_friction_circles():
     tip = 0.1 * np.exp(1j * q)
     torque = -(tip.conjugate() * force * push).imag + rho * push * (1 - sway)
     assert (push > 0).all()
-    np.testing.assert_allclose(found.resultant("slider_pin"), push, rtol=1e-11)
-    np.testing.assert_allclose(found.action, torque, rtol=0, atol=1e-10 * np.abs(torque).max())
-    assert found.friction.converged.all()
-    assert 1 < found.friction.iterations < 8
+    np.testing.assert_allclose(result.resultant("slider_pin"), push, rtol=1e-11)
+    np.testing.assert_allclose(result.action, torque, rtol=0, atol=1e-10 * np.abs(torque).max())
+    assert result.friction.converged.all()
+    assert 1 < result.friction.iterations < 8
 
 
 def test_a_driving_slider_locks_where_the_rod_passes_inside_the_friction_circle():
@@ -319,8 +319,8 @@ def test_a_driving_slider_locks_where_the_rod_passes_inside_the_friction_circle(
     links = crank._replace(guess=1.0), rod._replace(guess=-0.25), slider
     linkage = Linkage(linkage.ground, links, rubless, "guide", start=0.39)
     q = np.linspace(0.4489, 0.30, 30)  # pushed inwards from close to full stretch
-    found = reactions(linkage, q, -0.5, loads=[Torque("crank", -20.0)], inertia=False)
-    poses = found.poses
+    result = reactions(linkage, q, -0.5, loads=[Torque("crank", -20.0)], inertia=False)
+    poses = result.poses
     turn, sway = poses.angle("crank"), poses.angle("rod")
     assert (turn.rate < 0).all()  # the crank turns counter-clockwise as the slider goes in
     against_crank, against_slider = np.sign(-(sway.rate - turn.rate)), np.sign(-sway.rate)
@@ -330,12 +330,12 @@ def test_a_driving_slider_locks_where_the_rod_passes_inside_the_friction_circle(
     lever = (0.1 * np.exp(-1j * turn.value) * force).imag + rho * against_crank - rho
     moves = lever > 0
     assert 0 < moves.sum() < len(q)
-    np.testing.assert_array_equal(found.friction.converged, moves)
-    assert np.isnan(found.action[~moves]).all()
-    assert np.isnan(found.friction.moment[~moves]).all()
-    np.testing.assert_allclose(found.resultant("crank_pin")[moves], 20.0 / lever[moves], rtol=1e-9)
-    np.testing.assert_array_equal(found.locked, q[~moves])
-    assert "friction locks at" in found.table()
+    np.testing.assert_array_equal(result.friction.converged, moves)
+    assert np.isnan(result.action[~moves]).all()
+    assert np.isnan(result.friction.moment[~moves]).all()
+    np.testing.assert_allclose(result.resultant("crank_pin")[moves], 20.0 / lever[moves], rtol=1e-9)
+    np.testing.assert_array_equal(result.locked, q[~moves])
+    assert "friction locks at" in result.table()
 
 
 def test_violent_friction_is_solved_or_reported():
@@ -346,21 +346,21 @@ def test_violent_friction_is_solved_or_reported():
     forms[0, 0, 0] = forms[1, 0, 2] = forms[1, 1, 3] = 1.0
     factor = rng.uniform(-0.5, 0.5, size=(500, 2))
     followed = np.einsum("pkm,nmj->npkj", forms, response) * factor[:, None, None, :]
-    found = friction_sizes(np.einsum("pkm,nm->npk", forms, free), followed)
-    x = free + np.einsum("nmp,np->nm", response, factor * found.sizes)
-    gap = np.abs(np.stack((np.abs(x[:, 0]), np.hypot(x[:, 2], x[:, 3])), axis=1) - found.sizes).max(axis=1)
-    assert found.iterations > 30
-    assert 0.97 < found.converged.mean() < 1.0
-    assert (gap[found.converged] < 1e-9 * found.sizes[found.converged].max(axis=1)).all()
+    result = friction_sizes(np.einsum("pkm,nm->npk", forms, free), followed)
+    x = free + np.einsum("nmp,np->nm", response, factor * result.sizes)
+    gap = np.abs(np.stack((np.abs(x[:, 0]), np.hypot(x[:, 2], x[:, 3])), axis=1) - result.sizes).max(axis=1)
+    assert result.iterations > 30
+    assert 0.97 < result.converged.mean() < 1.0
+    assert (gap[result.converged] < 1e-9 * result.sizes[result.converged].max(axis=1)).all()
 
 
 @pytest.mark.parametrize(("load", "wanted"), [(1.0, None), (-1.0, 1 / 3)])
 def test_what_pushes_itself_fast_is_reported(load, wanted):
     """X - 2 |x| = 1 has no solution; x - 2 |x| = -1 has two, of which -1/3 grows out of the one without friction."""
-    found = friction_sizes(np.array([[[load, 0.0]]]), np.array([[[[2.0], [0.0]]]]))
-    assert found.converged[0] == (wanted is not None)
+    result = friction_sizes(np.array([[[load, 0.0]]]), np.array([[[[2.0], [0.0]]]]))
+    assert result.converged[0] == (wanted is not None)
     if wanted is not None:
-        assert found.sizes[0, 0] == pytest.approx(wanted)
+        assert result.sizes[0, 0] == pytest.approx(wanted)
 
 
 def test_what_friction_needs_is_asked_for():
@@ -522,21 +522,21 @@ def test_slider_crank(theta):
     b[8] = -moment(end[0] - g4[0], push, 0.0)
     by_hand = np.linalg.solve(a, b)
 
-    found = reactions(linkage, [theta], OMEGA, ALPHA, gravity=(0.0, -STATICS_G), loads=[Force("slider", "o", push)])
-    parts = found.components
+    result = reactions(linkage, [theta], OMEGA, ALPHA, gravity=(0.0, -STATICS_G), loads=[Force("slider", "o", push)])
+    parts = result.components
     mine = [parts[j][c][0] for j in ("pivot", "crank_pin", "slider_pin") for c in "xy"]
-    mine += [parts["guide"]["normal"][0], parts["guide"]["moment"][0], found.action[0]]
+    mine += [parts["guide"]["normal"][0], parts["guide"]["moment"][0], result.action[0]]
     np.testing.assert_allclose(mine, by_hand, rtol=0, atol=1e-11 * np.abs(by_hand).max())
 
 
 def test_a_third_crank_leaves_open_what_the_coupler_shares_among_them():
     """Across each massless crank nothing acts, along it anything: with masses each crank alone gives the force across it."""
     q = np.linspace(1.0, 2.5, 7)
-    found = reactions(forced.parallelogram(), q, -12.0, 30.0, gravity=(0.0, -STATICS_G))
+    result = reactions(forced.parallelogram(), q, -12.0, 30.0, gravity=(0.0, -STATICS_G))
     third = forced.parallelogram().link("third")
-    parts = found.components["third_pin"]
+    parts = result.components["third_pin"]
     assert np.isnan(parts["x"]).all()
-    assert "third_pin.x" in found.undetermined
+    assert "third_pin.x" in result.undetermined
     direction = np.exp(1j * q)
     centre = complex(*third.com)
     acceleration = (30.0j - 144.0) * centre * direction
@@ -544,8 +544,8 @@ def test_a_third_crank_leaves_open_what_the_coupler_shares_among_them():
     across = -turning / 0.1  # third does it to the coupler, a quarter turn from its line
     np.testing.assert_allclose(np.cos(parts["known_angle"] - q), 0.0, atol=1e-10)
     np.testing.assert_allclose(parts["known"] * np.sin(parts["known_angle"] - q), across, rtol=1e-9)
-    assert not np.isnan(found.action).any()
-    assert np.isnan(found.resultant("third_pin")).all()
+    assert not np.isnan(result.action).any()
+    assert np.isnan(result.resultant("third_pin")).all()
 
 
 def test_friction_on_what_is_left_open_is_refused():
@@ -632,8 +632,8 @@ def test_inertia_forces_take_the_growth_of_the_energy(machine, poses):
         reduced(WRENCHES_Q) * acceleration
         + 0.5 * (reduced(WRENCHES_Q + eps) - reduced(WRENCHES_Q - eps)) / (2 * eps) * speed**2
     )
-    found = power(poses, inertial(poses, np.full_like(WRENCHES_Q, speed), np.full_like(WRENCHES_Q, acceleration)))
-    np.testing.assert_allclose(found, -growth, rtol=0, atol=1e-8 * np.abs(growth).max())
+    result = power(poses, inertial(poses, np.full_like(WRENCHES_Q, speed), np.full_like(WRENCHES_Q, acceleration)))
+    np.testing.assert_allclose(result, -growth, rtol=0, atol=1e-8 * np.abs(growth).max())
 
 
 @pytest.mark.parametrize(

@@ -86,24 +86,24 @@ def test_two_link_arm_against_its_closed_form():
     q, qdot, qddot = rng.uniform(-3, 3, (3, 2, 6))
     own = np.stack((q[0] + np.pi / 2, q[1] - q[0]))  # of the pins: from +x, and against the first bar
     rates, turning = (np.stack((part[0], part[1] - part[0])) for part in (qdot, qddot))
-    wanted = arm.driving_torques(closed, q, qdot, qddot)
-    found = freedoms.driving_actions(linkage, own, rates, turning, gravity=DOWN)
+    expected = arm.driving_torques(closed, q, qdot, qddot)
+    result = freedoms.driving_actions(linkage, own, rates, turning, gravity=DOWN)
     forces = freedoms.reactions(linkage, own, rates, turning, gravity=DOWN)
     pins = arm.reactions(closed, q, qdot, qddot)
     for k, name in enumerate(("pin1", "pin2")):
-        assert found[name] == pytest.approx(wanted[k], rel=1e-13, abs=1e-12)
-        assert forces.actions[name] == pytest.approx(wanted[k], rel=1e-12, abs=1e-12)
+        assert result[name] == pytest.approx(expected[k], rel=1e-13, abs=1e-12)
+        assert forces.actions[name] == pytest.approx(expected[k], rel=1e-12, abs=1e-12)
         assert forces.forces[name] == pytest.approx(pins[k], rel=1e-12, abs=1e-12)
-    drives = {name: wanted[k, 0] for k, name in enumerate(("pin1", "pin2"))}
+    drives = {name: expected[k, 0] for k, name in enumerate(("pin1", "pin2"))}
     assert freedoms.accelerations(linkage, own[:, 0], rates[:, 0], drives, gravity=DOWN) == pytest.approx(
         turning[:, 0], rel=1e-12
     )
     change = np.array([[1.0, 0.0], [-1.0, 1.0]])  # of the pins' coordinates by the bars' own angles
     matrix = np.einsum("ai,abn,bj->ijn", change, freedoms.mass_matrix(linkage, own), change)
     assert matrix == pytest.approx(arm.mass_matrix(closed, q), rel=1e-13, abs=1e-13)
-    found, wanted = freedoms.energy(linkage, own, rates, gravity=DOWN), arm.energy(closed, q, qdot)
-    assert found[0] == pytest.approx(wanted[0], rel=1e-13)
-    assert found[1] == pytest.approx(wanted[1], rel=1e-13)
+    result, expected = freedoms.energy(linkage, own, rates, gravity=DOWN), arm.energy(closed, q, qdot)
+    assert result[0] == pytest.approx(expected[0], rel=1e-13)
+    assert result[1] == pytest.approx(expected[1], rel=1e-13)
 
 
 def closed_bars(closed):
@@ -112,23 +112,23 @@ def closed_bars(closed):
 
 def test_cart_with_pendulum_against_its_closed_form():
     q, qdot = np.array([0.4, 0.7]), np.array([1.5, -2.0])
-    found = freedoms.equations(cart(), q, qdot, gravity=DOWN)
+    result = freedoms.equations(cart(), q, qdot, gravity=DOWN)
     s, c, lever = np.sin(q[1]), np.cos(q[1]), 0.5 * 0.3
-    assert found.mass == pytest.approx(np.array([[2.5, lever * c], [lever * c, 0.5 * 0.09 + 0.02]]), rel=1e-14)
-    assert found.rest == pytest.approx([-lever * s * qdot[1] ** 2, 0.0], abs=1e-15)
-    assert found.forces == pytest.approx([0.0, -lever * 9.81 * s], abs=1e-14)
-    assert found.slope[:, :, 1] == pytest.approx(np.array([[0.0, -lever * s], [-lever * s, 0.0]]), abs=1e-15)
-    assert not found.slope[:, :, 0].any()
+    assert result.mass == pytest.approx(np.array([[2.5, lever * c], [lever * c, 0.5 * 0.09 + 0.02]]), rel=1e-14)
+    assert result.rest == pytest.approx([-lever * s * qdot[1] ** 2, 0.0], abs=1e-15)
+    assert result.forces == pytest.approx([0.0, -lever * 9.81 * s], abs=1e-14)
+    assert result.slope[:, :, 1] == pytest.approx(np.array([[0.0, -lever * s], [-lever * s, 0.0]]), abs=1e-15)
+    assert not result.slope[:, :, 0].any()
 
 
 def test_three_link_arm_against_newton_and_euler_bar_by_bar():
     linkage = chain([(0.7, 4.0, 0.25, 0.4), (0.5, 2.5, 0.09, 0.3), (0.4, 1.5, 0.05, 0.15)])
     motion = np.random.default_rng(5).normal(size=(3, 3, 4))
-    given = {f"pin{k}": Motion(*motion[:, k - 1]) for k in (1, 2, 3)}
-    wanted = chain_reactions(linkage, given, np.arange(4.0), gravity=DOWN, loads=[Torque("bar3", 2.0)])
-    found = freedoms.driving_actions(linkage, *motion, gravity=DOWN, loads=[Torque("bar3", 2.0)])
-    for name, action in found.items():
-        assert action == pytest.approx(wanted.actions[name], rel=1e-12, abs=1e-12)
+    inputs = {f"pin{k}": Motion(*motion[:, k - 1]) for k in (1, 2, 3)}
+    expected = chain_reactions(linkage, inputs, np.arange(4.0), gravity=DOWN, loads=[Torque("bar3", 2.0)])
+    result = freedoms.driving_actions(linkage, *motion, gravity=DOWN, loads=[Torque("bar3", 2.0)])
+    for name, action in result.items():
+        assert action == pytest.approx(expected.actions[name], rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -141,14 +141,14 @@ def test_arms_of_three_bars_against_the_equations_in_symbols(joints):
         slide = linkage.joints[1]._replace(kind=SLIDE)
         linkage = replace(linkage, joints=(linkage.joints[0], slide, linkage.joints[2]))
     q, qdot, qddot = np.array([0.8, -0.6, 1.1]), np.array([2.5, -1.5, 3.0]), np.array([4.0, 1.0, -7.0])
-    found = arm.lagrange_equations(joints, relative=True)
-    put = found.values(bars, gravity=9.81)
+    result = arm.lagrange_equations(joints, relative=True)
+    put = result.values(bars, gravity=9.81)
     for order, numbers in ((2, qddot), (1, qdot), (0, q)):
-        put |= {own.diff(found.t, order): number for own, number in zip(found.q, numbers, strict=True)}
-    wanted = [float(left.subs(put, simultaneous=True)) for left in found.left]
-    right = [float(side.subs(dict(zip(found.torques, (1.0, 2.0, 3.0), strict=True)))) for side in found.right]
+        put |= {own.diff(result.t, order): number for own, number in zip(result.q, numbers, strict=True)}
+    expected = [float(left.subs(put, simultaneous=True)) for left in result.left]
+    right = [float(side.subs(dict(zip(result.torques, (1.0, 2.0, 3.0), strict=True)))) for side in result.right]
     actions = freedoms.driving_actions(linkage, [q[0] + np.pi / 2, *q[1:]], qdot, qddot, gravity=DOWN)
-    assert list(actions.values()) == pytest.approx(wanted, rel=1e-12)
+    assert list(actions.values()) == pytest.approx(expected, rel=1e-12)
     assert right == [1.0, 2.0, 3.0]
 
 
@@ -161,7 +161,7 @@ def test_springs_struts_dampers_and_loads_by_virtual_work():
         freedoms.Strut((FRAME, (0.2, 0.5)), ("rod", (0.0, -0.6)), 50.0, 0.4, 1.5),
     )
     loads = (Force("rod", (0.0, -0.6), x=lambda t, q, v: 2.0 + t + v[0]), Torque("rod", 0.7), Effort("rail", -1.1))
-    found = freedoms.equations(linkage, q, qdot, springs=springs, loads=loads, t=3.0)
+    result = freedoms.equations(linkage, q, qdot, springs=springs, loads=loads, t=3.0)
 
     def place(q):
         return np.array([q[0] + 0.6 * np.sin(q[1]), -0.6 * np.cos(q[1])])
@@ -173,11 +173,11 @@ def test_springs_struts_dampers_and_loads_by_virtual_work():
     arm_at = np.array([[1.0, 0.6 * np.cos(q[1])], [0.0, 0.6 * np.sin(q[1])]])
     along = (place(q) - (0.2, 0.5)) / np.hypot(*(place(q) - (0.2, 0.5)))
     force = np.array([2.0 + 3.0 + 1.5, 0.0]) - 1.5 * (along @ arm_at @ qdot) * along
-    wanted = arm_at.T @ force + np.array([-1.1 - 2.0 * 1.5, 0.7 + 0.3 * 2.0])
+    expected = arm_at.T @ force + np.array([-1.1 - 2.0 * 1.5, 0.7 + 0.3 * 2.0])
     step = 1e-6
     slopes = [(stored(q + step * e) - stored(q - step * e)) / (2 * step) for e in np.eye(2)]
-    assert found.potential == pytest.approx(stored(q), rel=1e-13)
-    assert found.forces == pytest.approx(wanted - slopes, rel=1e-8)
+    assert result.potential == pytest.approx(stored(q), rel=1e-13)
+    assert result.forces == pytest.approx(expected - slopes, rel=1e-8)
     forces = freedoms.reactions(linkage, q, qdot, springs=springs, loads=loads, t=3.0)
     actions = freedoms.driving_actions(linkage, q, qdot, springs=springs, loads=loads, t=3.0)
     assert {name: float(value[0]) for name, value in forces.actions.items()} == pytest.approx(
@@ -190,10 +190,10 @@ def test_one_driver_is_the_reduced_machine():
     linkage = scene.mechanisms[0].linkage
     assert linkage is not None
     for phi in (0.3, 2.0):
-        wanted = flywheel.reduce(scene, phi)
-        found = freedoms.equations(linkage, [phi], [1.0])
-        assert float(found.mass[0, 0]) == pytest.approx(float(wanted.inertia), rel=1e-12)
-        assert float(found.rest[0]) == pytest.approx(0.5 * float(wanted.slope), rel=1e-10)
+        expected = flywheel.reduce(scene, phi)
+        result = freedoms.equations(linkage, [phi], [1.0])
+        assert float(result.mass[0, 0]) == pytest.approx(float(expected.inertia), rel=1e-12)
+        assert float(result.rest[0]) == pytest.approx(0.5 * float(expected.slope), rel=1e-10)
 
 
 # -- a closed loop -------------------------------------------------------------------------------------------------------
@@ -231,11 +231,11 @@ def test_five_bar_against_thirty_digits():
         terms = np.array([[[sums(first[i], second[orders[j, k]]) for k in (0, 1)] for j in (0, 1)] for i in (0, 1)])
         lifted = [sum(part[2] * body[1] for part, body in zip(bars, first[i], strict=True)) for i in (0, 1)]
         weight = [float(-mp.mpf("9.81") * rise) for rise in lifted]
-    found = freedoms.equations(five_bar(), q, gravity=DOWN)
-    assert found.mass == pytest.approx(mass, rel=1e-13)
-    assert found.christoffel == pytest.approx(terms, rel=1e-12, abs=1e-15)
-    assert found.forces == pytest.approx(weight, rel=1e-12)
-    assert found.slope == pytest.approx(terms + terms.transpose(1, 0, 2), rel=1e-12, abs=1e-15)
+    result = freedoms.equations(five_bar(), q, gravity=DOWN)
+    assert result.mass == pytest.approx(mass, rel=1e-13)
+    assert result.christoffel == pytest.approx(terms, rel=1e-12, abs=1e-15)
+    assert result.forces == pytest.approx(weight, rel=1e-12)
+    assert result.slope == pytest.approx(terms + terms.transpose(1, 0, 2), rel=1e-12, abs=1e-15)
 
 
 class NewtonEuler:
@@ -274,8 +274,8 @@ class NewtonEuler:
         forces = cls.masses * np.tile((*DOWN, 0.0), 4)
         forces[2], forces[5] = torques(t, x[[2, 5]], v[[2, 5]])
         matrix = np.block([[np.diag(cls.masses), jacobian.T], [jacobian, np.zeros((10, 10))]])
-        found = np.linalg.solve(matrix, np.concatenate((forces, right)))
-        return found[:12], -found[12:]
+        result = np.linalg.solve(matrix, np.concatenate((forces, right)))
+        return result[:12], -result[12:]
 
 
 def torques(t, q, w):
@@ -298,10 +298,10 @@ def test_five_bar_against_newton_and_euler():
     x, v = started(linkage, q, qdot)
     gaps, jacobian, _ = NewtonEuler.closures(x, v)
     assert max(np.abs(gaps).max(), np.abs(jacobian @ v).max()) < 1e-15
-    wanted, forces = NewtonEuler.accelerations(0.0, x, v, torques)
-    found = freedoms.accelerations(linkage, q, qdot, DRIVES, gravity=DOWN)
-    assert found == pytest.approx(wanted[[2, 5]], rel=1e-12)
-    back = freedoms.reactions(linkage, q, qdot, found, gravity=DOWN)
+    expected, forces = NewtonEuler.accelerations(0.0, x, v, torques)
+    result = freedoms.accelerations(linkage, q, qdot, DRIVES, gravity=DOWN)
+    assert result == pytest.approx(expected[[2, 5]], rel=1e-12)
+    back = freedoms.reactions(linkage, q, qdot, result, gravity=DOWN)
     assert [float(back.actions[name][0]) for name in ("O", "D")] == pytest.approx(torques(0.0, q, qdot), abs=1e-12)
     assert np.concatenate([back.forces[name][:, 0] for name in ("O", "D", "A", "B", "P")]) == pytest.approx(
         forces, abs=1e-11
@@ -322,10 +322,10 @@ def test_five_bar_in_motion_against_newton_and_euler(until):
     run = freedoms.simulate(linkage, START, qdot, until, DRIVES, gravity=DOWN, rtol=1e-8)
     times = np.linspace(0.0, until, 23)
     q, w = run.at(times)
-    wanted = other.sol(times)
+    expected = other.sol(times)
     gaps = [
-        np.abs(q - wanted[[2, 5]]).max() / np.abs(q - q[:, :1]).max(),
-        np.abs(w - wanted[[14, 17]]).max() / np.abs(w).max(),
+        np.abs(q - expected[[2, 5]]).max() / np.abs(q - q[:, :1]).max(),
+        np.abs(w - expected[[14, 17]]).max() / np.abs(w).max(),
     ]
     assert max(gaps) < run.error + 1e-10 < 1e-8 + 1e-9
     assert run.energy_residual < 1e-9
@@ -342,8 +342,8 @@ def test_driving_actions_bring_a_planned_motion_about():
     torque = freedoms.driving_actions(linkage, q, qdot, qddot, gravity=DOWN)
     for k in range(5):
         drives = {name: float(action[k]) for name, action in torque.items()}
-        found = freedoms.accelerations(linkage, q[:, k], qdot[:, k], drives, gravity=DOWN)
-        assert found == pytest.approx(qddot[:, k], rel=1e-12)
+        result = freedoms.accelerations(linkage, q[:, k], qdot[:, k], drives, gravity=DOWN)
+        assert result == pytest.approx(qddot[:, k], rel=1e-12)
     forces = freedoms.reactions(linkage, q, qdot, qddot, gravity=DOWN, t=t)
     assert forces.coordinate == ("time", "s")
     assert forces.actions["O"] == pytest.approx(torque["O"], rel=1e-11)
@@ -356,8 +356,8 @@ def test_redundant_joints_and_inner_drivers():
     one = freedoms.equations(base, [0.7], [1.0])
     poses = solve(base, 0.0, 1.0).poses([0.7])
     speeds = [(link, poses.centre(link.name).rate, poses.angle(link.name).rate[0]) for link in base.links]
-    wanted = sum(link.mass * (speed**2).sum() + link.inertia * spin**2 for link, speed, spin in speeds)
-    assert float(one.mass[0, 0]) == pytest.approx(wanted, rel=1e-12)
+    expected = sum(link.mass * (speed**2).sum() + link.inertia * spin**2 for link, speed, spin in speeds)
+    assert float(one.mass[0, 0]) == pytest.approx(expected, rel=1e-12)
     linkage = five_bar()
     place = freedoms.positions(linkage, START)
     knees = [float(place.value[b, 2, 0] - place.value[a, 2, 0]) for a, b in ((1, 3), (2, 4))]
@@ -434,9 +434,11 @@ def test_coefficients_are_derivatives_and_both_routes_find_the_same_actions(link
         assert (one.value - other.value) / (2 * step) == pytest.approx(place.rate[k], abs=1e-8)
         assert (one.rate - other.rate) / (2 * step) == pytest.approx(place.slope[:, k], abs=2e-8)
     motion = np.random.default_rng(1).normal(size=(2, q.size))
-    found = freedoms.driving_actions(linkage, q, *motion, gravity=(1.3, -9.81))
+    result = freedoms.driving_actions(linkage, q, *motion, gravity=(1.3, -9.81))
     forces = freedoms.reactions(linkage, q, *motion, gravity=(1.3, -9.81))
-    assert [float(forces.actions[name][0]) for name in found] == pytest.approx([float(a) for a in found.values()], rel=1e-12)
+    assert [float(forces.actions[name][0]) for name in result] == pytest.approx(
+        [float(a) for a in result.values()], rel=1e-12
+    )
 
 
 @pytest.mark.slow

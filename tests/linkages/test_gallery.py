@@ -63,11 +63,11 @@ def test_it_begins_as_it_was_drawn_and_names_and_rough_guesses_do_not_change_it(
     q = np.array([low, drawing.start, high])
     expected = solve(drawing, low, high).poses(q)
     places = random.Random(1).sample(range(40), 40)
-    found = solve(shuffled(roughly(drawing, 0.1), places), low, high).poses(q)
+    result = solve(shuffled(roughly(drawing, 0.1), places), low, high).poses(q)
     for link in drawing.links:
         assert np.exp(1j * expected.angle(link.name).value[1]) == pytest.approx(np.exp(1j * (link.guess or 0.0)), abs=1e-11)
         at = (0.01, 0.02)
-        np.testing.assert_allclose(found.point(link.name, at).value, expected.point(link.name, at).value, atol=1e-11)
+        np.testing.assert_allclose(result.point(link.name, at).value, expected.point(link.name, at).value, atol=1e-11)
 
 
 @pytest.mark.parametrize("phi", sample([-1.2, 0.0, 1.5], 3))
@@ -85,15 +85,15 @@ def test_peaucellier_draws_a_straight_line_from_every_start(phi: float) -> None:
 )
 def test_few_guesses_or_sides_choose_among_peaucelliers_four_assemblies(told: tuple[str, ...]) -> None:
     drawing = peaucellier(0.3)
-    asked = roughly(drawing, 0.05, told)
+    request = roughly(drawing, 0.05, told)
     if not told:
         with pytest.raises(SceneError, match=r"found 4 assemblies that fit with Q at 17\.1887 deg"):
-            solve(asked, 0.2, 0.4)
+            solve(request, 0.2, 0.4)
         arm = Side(("upper arm", "A"), ("frame", "O"), ("crank", "C"), 1)
         sides = (arm, Side(("far upper", "P"), ("upper arm", "A"), ("lower arm", "B"), 1))
-        asked = replace(asked, sides=sides)
+        request = replace(request, sides=sides)
     np.testing.assert_allclose(
-        point(solve(asked, 0.2, 0.4), "far upper", "P", np.array([0.3])).real, 0.0064 / 0.06, atol=1e-13
+        point(solve(request, 0.2, 0.4), "far upper", "P", np.array([0.3])).real, 0.0064 / 0.06, atol=1e-13
     )
 
 

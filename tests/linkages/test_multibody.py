@@ -69,46 +69,46 @@ def slope(function, h=1e-3):
 
 @every_machine
 def test_jacobian_and_gamma_by_differences(name):
-    found, x = prepared(name)
-    assert np.abs(found.state(x, 0 * x).value).max() < 1e-14
-    assert len(components(found.linkage)) == len(found.state(x, 0 * x).value)
+    result, x = prepared(name)
+    assert np.abs(result.state(x, 0 * x).value).max() < 1e-14
+    assert len(components(result.linkage)) == len(result.state(x, 0 * x).value)
     generator = np.random.default_rng(7)
     x = x + 0.01 * generator.normal(size=x.size)
     v = generator.normal(size=x.size)
-    state = found.state(x, v)
-    assert_allclose(state.jacobian @ v, slope(lambda h: found.state(x + h * v, v).value), rtol=0, atol=1e-11)
-    assert_allclose(-state.gamma, slope(lambda h: found.state(x + h * v, v).jacobian @ v), rtol=0, atol=1e-10)
-    assert state.qdot == pytest.approx(slope(lambda h: np.array(found.state(x + h * v, v).q)), abs=1e-11)
-    assert state.bend == pytest.approx(slope(lambda h: np.array(found.state(x + h * v, v).qdot)), abs=1e-10)
+    state = result.state(x, v)
+    assert_allclose(state.jacobian @ v, slope(lambda h: result.state(x + h * v, v).value), rtol=0, atol=1e-11)
+    assert_allclose(-state.gamma, slope(lambda h: result.state(x + h * v, v).jacobian @ v), rtol=0, atol=1e-10)
+    assert state.qdot == pytest.approx(slope(lambda h: np.array(result.state(x + h * v, v).q)), abs=1e-11)
+    assert state.bend == pytest.approx(slope(lambda h: np.array(result.state(x + h * v, v).qdot)), abs=1e-10)
 
 
 def test_whole_turns_do_not_open_a_rigid_joint():
-    found, x = prepared("rigid joint")
-    assert np.abs(found.state(x + 4 * np.pi * np.eye(x.size)[-1], 0 * x).value).max() < 1e-14
+    result, x = prepared("rigid joint")
+    assert np.abs(result.state(x + 4 * np.pi * np.eye(x.size)[-1], 0 * x).value).max() < 1e-14
 
 
 @every_machine
 def test_forces_do_the_work_of_gravity_drive_and_wrenches(name):
     """Power by the forces where they act, written anew: m g · v_G, drive times rate, F · v_P + T omega."""
-    found, x = prepared(name)
+    result, x = prepared(name)
     v = np.random.default_rng(8).normal(size=x.size)
-    state = found.state(x, v)
-    link = found.linkage.links[-1]
+    state = result.state(x, v)
+    link = result.linkage.links[-1]
     arm = np.array([0.04, -0.03]) - link.com
     c, s = np.cos(x[-1]), np.sin(x[-1])
     point = v[-3:-1] + v[-1] * np.array([-(s * arm[0] + c * arm[1]), c * arm[0] - s * arm[1]])
-    power = np.sum([b.mass * (0.3 * v[3 * k] - 9.81 * v[3 * k + 1]) for k, b in enumerate(found.linkage.links)])
+    power = np.sum([b.mass * (0.3 * v[3 * k] - 9.81 * v[3 * k + 1]) for k, b in enumerate(result.linkage.links)])
     power += (4.0 - 0.2 * state.qdot) * state.qdot + v[-2]
     power += 3.0 * point[0] + (0.7 - 2.0 * state.qdot) * point[1] + 1.5 * v[-1]
-    assert found.forces(0.7, state) @ v == pytest.approx(power, rel=1e-13)
+    assert result.forces(0.7, state) @ v == pytest.approx(power, rel=1e-13)
 
 
 @every_machine
 def test_reactions_of_free_bodies_are_the_multipliers(name):
     """Forces where they act equal the transposed Jacobian: ideal joints do no work."""
-    found, x = prepared(name)
-    state = found.state(x, np.random.default_rng(3).normal(size=x.size))
-    assert_allclose(found.reaction_wrenches(state), state.jacobian.T, rtol=0, atol=1e-13)
+    result, x = prepared(name)
+    state = result.state(x, np.random.default_rng(3).normal(size=x.size))
+    assert_allclose(result.reaction_wrenches(state), state.jacobian.T, rtol=0, atol=1e-13)
 
 
 # -- equations of motion at single states ---------------------------------------------------------------------------------
@@ -128,13 +128,13 @@ def uniform_four_bar() -> Linkage:
 def test_the_courses_nine_equations_of_motion(phi):
     """Written out as there, body by body; its third angle is psi, where the print repeats phi."""
     linkage = uniform_four_bar()
-    found = model_at(linkage, phi, Actions())
-    x, g = Closure(found).at(phi)
-    state = found.state(x, 7.0 * g)
-    matrix, right = system(found, found.forces(0.0, state), state, found.reaction_wrenches(state))
+    result = model_at(linkage, phi, Actions())
+    x, g = Closure(result).at(phi)
+    state = result.state(x, 7.0 * g)
+    matrix, right = system(result, result.forces(0.0, state), state, result.reaction_wrenches(state))
     assert (matrix.shape, right.shape, np.linalg.matrix_rank(matrix)) == ((17, 17), (17,), 17)
     assert components(linkage) == [(joint, part) for joint in "OABD" for part in "xy"]
-    a, r = by_newton(found, 0.0, state)
+    a, r = by_newton(result, 0.0, state)
     (l1, l2, l3), (m1, m2, m3) = (0.1, 0.35, 0.3), (2.0, 3.0, 2.5)
     theta, psi = x[5], x[8]
     r41, r21, r32, r43 = r[0:2], -r[2:4], -r[4:6], r[6:8]  # r32 of the third bar on the second
@@ -153,54 +153,54 @@ def test_the_courses_nine_equations_of_motion(phi):
 @every_machine
 def test_all_laws_give_the_acceleration_of_the_reduced_equation(name):
     """I*, its slope and M* here from the linkage solver's poses, g and g': another way than the closures in x, y, theta."""
-    found, _ = prepared(name)
-    linkage, q = found.linkage, STARTS[name] + 0.02
-    pose, g = Closure(found).at(q)
+    result, _ = prepared(name)
+    linkage, q = result.linkage, STARTS[name] + 0.02
+    pose, g = Closure(result).at(q)
     poses = solve_over(linkage, (linkage.start, q)).poses(q)
     tracks = [(poses.centre(link.name), poses.angle(link.name)) for link in linkage.links]
     rate, bend = (
         np.concatenate([[*getattr(c, part)[:, 0], *getattr(a, part)] for c, a in tracks]) for part in ("rate", "slope")
     )
-    inertia, half = float(found.masses @ rate**2), float(found.masses @ (rate * bend))
+    inertia, half = float(result.masses @ rate**2), float(result.masses @ (rate * bend))
     for speed in (1.3, -6.0):
-        state = found.state(pose, g * speed)
-        moment = float(rate @ found.forces(0.3, state))
+        state = result.state(pose, g * speed)
+        moment = float(rate @ result.forces(0.3, state))
         alpha, size = (moment - half * speed**2) / inertia, (abs(moment) + abs(half) * speed**2) / inertia
-        ours = reduced(found, 0.3, pose, g, speed)
+        ours = reduced(result, 0.3, pose, g, speed)
         assert ours.inertia == pytest.approx(inertia, rel=1e-12)
         assert ours.acceleration == pytest.approx(alpha, abs=1e-12 * size)
         for law in (by_newton, by_multipliers):
-            a, _ = law(found, 0.3, state)
+            a, _ = law(result, 0.3, state)
             assert float(state.along @ a) + state.bend == pytest.approx(alpha, abs=2e-12 * size)
 
 
 @pytest.mark.parametrize("name", [name for name, linkage in MACHINES.items() if not linkage.couplings])
 def test_reactions_are_those_of_kinetostatics(name):
     """The inverse problem at the acceleration found here gives back the drive and every reaction."""
-    found, _ = prepared(name, Actions((0.3, -9.81), 4.0))
+    result, _ = prepared(name, Actions((0.3, -9.81), 4.0))
     q, speed = STARTS[name], 1.7
-    pose, g = Closure(found).at(q)
-    state = found.state(pose, g * speed)
-    a, r = by_newton(found, 0.0, state)
+    pose, g = Closure(result).at(q)
+    state = result.state(pose, g * speed)
+    a, r = by_newton(result, 0.0, state)
     alpha = float(state.along @ a) + state.bend
-    back = reactions(found.linkage, [q], speed, alpha, gravity=(0.3, -9.81))
+    back = reactions(result.linkage, [q], speed, alpha, gravity=(0.3, -9.81))
     size = np.abs(r).max()
     assert back.action == pytest.approx(4.0, abs=1e-11 * size)
-    for (joint, part), value in zip(components(found.linkage), r, strict=True):
+    for (joint, part), value in zip(components(result.linkage), r, strict=True):
         assert back.components[joint][part][0] == pytest.approx(value, abs=1e-11 * size)
 
 
 def test_only_the_reduced_inertia_has_to_be_positive():
     """Bodies without mass between heavy ones are no obstacle; a linkage without any mass has no motion."""
     linkage = four_bar()
-    found = model_at(linkage, 1.1, Actions(drive=3.0))
+    result = model_at(linkage, 1.1, Actions(drive=3.0))
     with pytest.raises(UnreachableError, match="an inertia above 0"):
-        reduced(found, 0.0, *Closure(found).at(1.1), 1.0)
-    found = model_at(
-        replace(linkage, links=(linkage.links[0]._replace(inertia=0.2), *linkage.links[1:])), 1.1, found.actions
+        reduced(result, 0.0, *Closure(result).at(1.1), 1.0)
+    result = model_at(
+        replace(linkage, links=(linkage.links[0]._replace(inertia=0.2), *linkage.links[1:])), 1.1, result.actions
     )
-    x, g = Closure(found).at(1.1)
-    assert by_newton(found, 0.0, found.state(x, g * 5.0))[0][2] == pytest.approx(15.0, rel=1e-12)
+    x, g = Closure(result).at(1.1)
+    assert by_newton(result, 0.0, result.state(x, g * 5.0))[0][2] == pytest.approx(15.0, rel=1e-12)
 
 
 # -- poses closed in absolute coordinates ---------------------------------------------------------------------------------
@@ -208,22 +208,22 @@ def test_only_the_reduced_inertia_has_to_be_positive():
 
 @pytest.mark.parametrize("name", CASES)
 def test_poses_and_influence_coefficients_over_the_cycle(name):
-    found, _ = prepared(name)
-    closure, solution = Closure(found), solve(MACHINES[name], 0.0, 2 * np.pi)
+    result, _ = prepared(name)
+    closure, solution = Closure(result), solve(MACHINES[name], 0.0, 2 * np.pi)
     for q in np.arange(1.1, 6.2, 0.9):
         poses = solution.poses(q)
         place, g = closure.at(float(q))
         assert_allclose(place, coordinates(poses), rtol=0, atol=2e-14 * np.abs(place).max())
-        centres = [(*poses.centre(link.name).rate[:, 0], poses.angle(link.name).rate[0]) for link in found.linkage.links]
+        centres = [(*poses.centre(link.name).rate[:, 0], poses.angle(link.name).rate[0]) for link in result.linkage.links]
         assert_allclose(g, np.ravel(centres), rtol=0, atol=1e-12)
 
 
 def test_a_step_as_long_as_half_a_turn_stays_in_its_assembly():
-    found, _ = prepared("four-bar")
-    near = Closure(found)
+    result, _ = prepared("four-bar")
+    near = Closure(result)
     for q in np.linspace(1.1, 1.1 + np.pi, 60):
         near.at(float(q))
-    assert_allclose(Closure(found).at(1.1 + np.pi)[0], near.x, atol=1e-14)
+    assert_allclose(Closure(result).at(1.1 + np.pi)[0], near.x, atol=1e-14)
 
 
 # -- whole motions --------------------------------------------------------------------------------------------------------
@@ -253,8 +253,8 @@ def test_published_slider_crank(motions, route):
 def test_its_figures_to_five_decimals(motions):
     printed = [(2.30098, 2.83038), (4.29275, 4.76466), (8.00001, 3.32778), (20.27036, 3.21967)]
     assert_allclose(np.transpose(motions[MULTIPLIERS].at(list(EXACT))), printed, rtol=0, atol=5.1e-6)
-    found = solve_ivp(published_rates, (0, 5), [np.pi / 2, 0.0], "DOP853", list(EXACT), rtol=3e-14, atol=1e-14)
-    assert_allclose(found.y.T, list(EXACT.values()), rtol=0, atol=3e-12)
+    result = solve_ivp(published_rates, (0, 5), [np.pi / 2, 0.0], "DOP853", list(EXACT), rtol=3e-14, atol=1e-14)
+    assert_allclose(result.y.T, list(EXACT.values()), rtol=0, atol=3e-12)
 
 
 def test_drift_and_energy_residuals_are_told(motions):
@@ -280,8 +280,8 @@ def test_reactions_by_newton_and_by_multipliers_agree(motions):
         ("slider pin", 2),
         ("guide", 2),
     ]
-    for name, found in newton.items():
-        assert_allclose(found[-1], multipliers[name][-1], rtol=0, atol=1e-6)
+    for name, result in newton.items():
+        assert_allclose(result[-1], multipliers[name][-1], rtol=0, atol=1e-6)
     h = 1e-4
     phi, omega = motions[NEWTON].at([1.0 - 2 * h, 1.0 - h, 1.0])
     speed = -omega * (0.2 * np.sin(phi) + 0.04 * np.sin(phi) * np.cos(phi) / np.sqrt(0.36 - 0.04 * np.sin(phi) ** 2))
@@ -365,8 +365,8 @@ def test_a_parallelogram_is_not_carried_through_its_change_point(route, speed):
     linkage = replace(heavy(four_bar(d=0.4, r=0.1, c=0.4, length=0.1)), start=0.9)
     with pytest.raises(SceneError, match=r"assemblies that meet|a lock at") as caught:
         simulate(linkage, route, 0.9, speed, 2.0, rtol=1e-5)
-    told = float(caught.value.faults[0].defect.split()[-2])
-    assert told == pytest.approx(180.0 if speed > 0 else 0.0, abs=0.1 if route != MULTIPLIERS else 40.0)
+    text = float(caught.value.faults[0].defect.split()[-2])
+    assert text == pytest.approx(180.0 if speed > 0 else 0.0, abs=0.1 if route != MULTIPLIERS else 40.0)
 
 
 def test_a_sliding_driver_takes_a_force():
@@ -616,8 +616,8 @@ def by_hand(until, phi=pi / 2, omega=0.0):
             return y[0] - end
 
         over.terminal = True
-        found = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-12, atol=1e-13, events=over)
-        t, y = found.t[-1], found.y[:, -1]
+        result = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-12, atol=1e-13, events=over)
+        t, y = result.t[-1], result.y[:, -1]
     return y
 
 
@@ -644,19 +644,19 @@ def test_its_slider_turns_back_by_both_routes():
     for run in ends:
         assert (run.q[-1], run.qdot[-1]) == pytest.approx((phi, omega), abs=1e-9)
         assert sum(part[-1] for part in run.friction_work.values()) == pytest.approx(work, rel=1e-8)
-    for name, found in ends[0].reactions.items():
-        assert_allclose(found[-1], ends[1].reactions[name][-1], rtol=0, atol=1e-6)
+    for name, result in ends[0].reactions.items():
+        assert_allclose(result[-1], ends[1].reactions[name][-1], rtol=0, atol=1e-6)
 
 
 def test_joints_hold_it_fast():
     """Pins as thick as the crank is long: from rest no drive moves it, and a push does not get far."""
     base = rough_slider_crank()
     pins = tuple(joint._replace(friction=3.0, radius=0.15) for joint in base.joints[:3])
-    held = replace(base, joints=(*pins, base.joints[3]._replace(friction=3.0)))
-    run = simulate(held, NEWTON, 0.3, 0.0, 2.0, gravity=GRAVITY, drive=500.0)
+    state = replace(base, joints=(*pins, base.joints[3]._replace(friction=3.0)))
+    run = simulate(state, NEWTON, 0.3, 0.0, 2.0, gravity=GRAVITY, drive=500.0)
     assert run.rests == ((0.0, 2.0),)
     assert run.messages == ("mechanism: friction that holds it at 17.1887339 deg: it stands still from 0 s on",)
-    moved = simulate(held, NEWTON, 0.3, 5.0, 2.0, gravity=GRAVITY)
+    moved = simulate(state, NEWTON, 0.3, 5.0, 2.0, gravity=GRAVITY)
     assert 0.0 < moved.rests[0][0] < 0.5
     assert moved.energy_residual < 1e-9
 
@@ -740,15 +740,15 @@ def test_friction_and_reactions_are_those_of_kinetostatics(name):
         if one == other:
             break
         low, high = high, high - other * (high - low) / (other - one)
-    found = back(high)
-    assert found.action[0] == pytest.approx(1.0, abs=1e-9)
+    result = back(high)
+    assert result.action[0] == pytest.approx(1.0, abs=1e-9)
     size = max(float(np.abs(part[0]).max()) for part in run.reactions.values())
     for joint in linkage.joints:
         ours = run.reactions[joint.name][0]
         parts = [part for name, part in components(linkage) if name == joint.name]
-        assert_allclose([found.components[joint.name][part][0] for part in parts], ours, rtol=0, atol=1e-9 * size)
+        assert_allclose([result.components[joint.name][part][0] for part in parts], ours, rtol=0, atol=1e-9 * size)
     for name, part in run.friction.items():
-        assert found.components[name]["friction"][0] == pytest.approx(part[0], abs=1e-9 * size)
+        assert result.components[name]["friction"][0] == pytest.approx(part[0], abs=1e-9 * size)
 
 
 @pytest.mark.parametrize("name", sample(list(MACHINES), 4))

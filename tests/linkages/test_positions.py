@@ -237,9 +237,9 @@ def test_a_range_has_a_low_and_a_high_end(low, high, text):
 
 
 def test_a_single_position_has_a_range_of_its_own():
-    found = solve_over(BASE, 0.5)
-    assert (found.low, found.high) == (0.5, 0.5)
-    np.testing.assert_allclose(found.poses(0.5).value, solve(BASE, 0.0, 1.0).poses(0.5).value, rtol=0.0, atol=1e-14)
+    result = solve_over(BASE, 0.5)
+    assert (result.low, result.high) == (0.5, 0.5)
+    np.testing.assert_allclose(result.poses(0.5).value, solve(BASE, 0.0, 1.0).poses(0.5).value, rtol=0.0, atol=1e-14)
     with pytest.raises(SceneError, match=r"^q: found no position"):
         solve_over(BASE, [])
 
@@ -317,10 +317,10 @@ def parallelogram(third: float = 0.2) -> Linkage:
 
 
 def test_a_redundant_crank_is_named() -> None:
-    found = solve(parallelogram(), 0.5, 2.5).mobility
-    assert (found.gruebler, found.freedom) == (0, 1)
-    assert all("keeps its bodies parallel" in text for text in found.redundant)
-    assert {"N", "M"} & set(" ".join(found.redundant).split())
+    result = solve(parallelogram(), 0.5, 2.5).mobility
+    assert (result.gruebler, result.freedom) == (0, 1)
+    assert all("keeps its bodies parallel" in text for text in result.redundant)
+    assert {"N", "M"} & set(" ".join(result.redundant).split())
 
 
 @pytest.mark.parametrize("start", [0.0, 1.0])
@@ -393,10 +393,10 @@ def test_change_points_of_the_parallelogram_are_named(start: float, crossed: boo
 def test_two_guides_of_one_slider() -> None:
     base = slider_crank()
     twice = replace(base, joints=(*base.joints, Joint("rail", SLIDE, FRAME, "slider", Point("G", 0.0, 0.02), O)))
-    found = solve(twice, 0.0, tau).mobility
-    assert (found.gruebler, found.freedom) == (-1, 1)
-    assert any("rail" in text for text in found.redundant)
-    assert len(found.redundant) == 2
+    result = solve(twice, 0.0, tau).mobility
+    assert (result.gruebler, result.freedom) == (-1, 1)
+    assert any("rail" in text for text in result.redundant)
+    assert len(result.redundant) == 2
 
 
 def test_too_few_joints() -> None:
@@ -516,9 +516,9 @@ def unguessed(linkage: Linkage) -> Linkage:
 )
 def test_finds_all_assemblies(linkage: Linkage, count: int) -> None:
     equations = Equations(loops(unguessed(linkage)))
-    found = assemblies(equations)
-    assert len(found) == count
-    assert np.abs(equations.residual(found, equations.bases(found))).max() < 1e-10
+    result = assemblies(equations)
+    assert len(result) == count
+    assert np.abs(equations.residual(result, equations.bases(result))).max() < 1e-10
 
 
 def test_without_a_guess_the_assemblies_are_listed() -> None:
@@ -532,8 +532,8 @@ def test_without_a_guess_the_assemblies_are_listed() -> None:
 
 def test_a_guess_between_two_assemblies_is_refused() -> None:
     base = unguessed(four_bar())
-    found = assemblies(Equations(loops(base)))
-    middle = float(np.angle(np.exp(1j * found[:, 1]).sum()))
+    result = assemblies(Equations(loops(base)))
+    middle = float(np.angle(np.exp(1j * result[:, 1]).sum()))
     crank, coupler, rocker = base.links
     doubtful = replace(base, links=(crank, coupler._replace(guess=middle + 0.02), rocker))
     with pytest.raises(SceneError, match="guesses that fit several assemblies"):
@@ -543,9 +543,9 @@ def test_a_guess_between_two_assemblies_is_refused() -> None:
 @pytest.mark.parametrize("off", [-0.5, 0.5])
 def test_a_rough_guess_takes_the_nearest(off: float) -> None:
     base = unguessed(four_bar())
-    found = assemblies(Equations(loops(base)))
+    result = assemblies(Equations(loops(base)))
     crank, coupler, rocker = base.links
-    for z in found:
+    for z in result:
         guessed = replace(base, links=(crank, coupler._replace(guess=float(z[1]) + off), rocker))
         chosen = assembled(Equations(loops(guessed)))
         assert abs((chosen[1] - z[1] + pi) % (2 * pi) - pi) < 1e-9
@@ -567,9 +567,9 @@ def test_sides_that_contradict() -> None:
 def test_bars_that_do_not_reach() -> None:
     with pytest.raises(SceneError) as caught:
         assembled(Equations(loops(four_bar(d=2.0))))
-    found = "bodies that cannot be assembled at any angle of O, expected loops that close"
+    result = "bodies that cannot be assembled at any angle of O, expected loops that close"
     gap = "nearest with O at 0 deg: the loop O - A - B - D stays open by 1.25 m"
-    assert str(caught.value) == f"mechanism: found {found}; {gap}"
+    assert str(caught.value) == f"mechanism: found {result}; {gap}"
     with pytest.raises(SceneError, match=r"with O at 90 deg, .*stays open by 0\.0923 m; change a length"):
         assembled(Equations(loops(replace(four_bar(d=0.4, r=0.1, c=0.1, length=0.22), start=pi / 2))))
     with pytest.raises(SceneError, match=r"with O at 0 deg, .*stays open by 0\.05 m; change a length, or `start`"):
@@ -583,14 +583,14 @@ def test_bars_drawn_at_random_that_never_reach_stay_open_by_what_the_longest_is_
     short = rng.uniform(0.05, 0.4, 3)
     bars = rng.permutation([*short, sum(short) * rng.uniform(1.05, 2.0)])
     r, c, length, d = (float(bar) for bar in bars)
-    found = open_by(four_bar(d, r, c, length))
-    assert found == pytest.approx(2 * max(bars) - sum(bars), rel=6e-3)
+    result = open_by(four_bar(d, r, c, length))
+    assert result == pytest.approx(2 * max(bars) - sum(bars), rel=6e-3)
     if max(d, r) == max(bars):
         start = float(rng.uniform(0.0, tau))
         apart = abs(d - r * np.exp(1j * start)) - c - length
         turned_away = replace(four_bar(d, r, c, length), start=start)
-        assert open_by(turned_away) == pytest.approx(found)  # of all angles, not of the one it starts from
-        assert apart >= found * (1.0 - 6e-3)
+        assert open_by(turned_away) == pytest.approx(result)  # of all angles, not of the one it starts from
+        assert apart >= result * (1.0 - 6e-3)
 
 
 def open_by(linkage: Linkage) -> float:
@@ -621,11 +621,11 @@ def test_a_start_in_a_singular_position() -> None:
 
 def test_guesses_that_contradict_each_other() -> None:
     base = unguessed(six_bar())
-    found = assemblies(Equations(loops(base)))
-    first = found[0]
-    other = next(z for z in found[1:] if np.allclose(z[1:3], first[1:3]))
-    wanted = {"coupler": first[1], "rocker": first[2], "link": first[3], "output": other[4]}
-    guesses = {name: float(value) for name, value in wanted.items()}
+    result = assemblies(Equations(loops(base)))
+    first = result[0]
+    other = next(z for z in result[1:] if np.allclose(z[1:3], first[1:3]))
+    expected = {"coupler": first[1], "rocker": first[2], "link": first[3], "output": other[4]}
+    guesses = {name: float(value) for name, value in expected.items()}
     links = tuple(link._replace(guess=guesses.get(link.name)) for link in base.links)
     with pytest.raises(SceneError, match=r"for another assembly than the rest \(angle of|do not tell the assemblies apart"):
         assembled(Equations(loops(replace(base, links=links))))
@@ -675,9 +675,9 @@ def test_angles_start_within_half_a_turn_of_their_guesses(guess: float) -> None:
 @pytest.mark.parametrize("make", [six_bar, whitworth, geared_five_bar, cam_rocker, four_bar])
 def test_every_assembly_is_chosen_by_its_own_angles(make: Callable[[], Linkage]) -> None:
     base = unguessed(make())
-    found = Equations(loops(base))
-    for z in assemblies(found):
-        angles = {name.removeprefix("angle of "): float(v) for name, v in zip(found.loops.names, z, strict=True)}
+    result = Equations(loops(base))
+    for z in assemblies(result):
+        angles = {name.removeprefix("angle of "): float(v) for name, v in zip(result.loops.names, z, strict=True)}
         links = tuple(link._replace(guess=angles.get(link.name)) for link in base.links)
         chosen = assembled(Equations(loops(replace(base, links=links))))
         np.testing.assert_allclose(np.exp(1j * chosen), np.exp(1j * z), atol=1e-9)
@@ -737,10 +737,10 @@ def test_a_bound_looks_as_far_as_the_window() -> None:
 def test_enclosures_hold_on_a_narrow_bump(width: float) -> None:
     solution = solve(with_lift(bump(width / 50, width)), 0.0, 2.2)
     low = 2.0005 + width * np.linspace(-4.0, 4.0, 21)
-    found = enclosed(solution, low, low + width / 50)
+    result = enclosed(solution, low, low + width / 50)
     for share in (0.0, 0.3, 1.0):
         moved = solution.movement(low + share * width / 50)
-        for (middle, reach), value in zip(found, moved, strict=True):
+        for (middle, reach), value in zip(result, moved, strict=True):
             assert (np.abs(value - middle) <= reach).all()
 
 
@@ -755,10 +755,10 @@ def test_a_bump_that_the_bar_cannot_follow_locks() -> None:
 def test_holds_every_position_of_the_stretch(case: str, width: float) -> None:
     solution = whole(case)
     low = np.linspace(0.0, tau - width, 20)
-    found = enclosed(solution, low, low + width)
+    result = enclosed(solution, low, low + width)
     for share in (0.0, 0.3, 1.0):
         moved = solution.movement(low + share * width)
-        for (middle, reach), value in zip(found, moved, strict=True):
+        for (middle, reach), value in zip(result, moved, strict=True):
             assert (np.abs(value - middle) <= reach).all()
 
 
@@ -842,7 +842,7 @@ def test_two_link_arm_has_the_torques_of_lagranges_equations():
     v1, v2 = 2 * np.cos(2 * TIME), 0.5 + 0 * TIME
     a1, a2 = -4 * np.sin(2 * TIME), 0 * TIME
     pull = 15.0
-    found = chain_reactions(
+    result = chain_reactions(
         arm(),
         {"shoulder": Motion(q1, v1, a1), "elbow": Motion(q2, v2, a2)},
         TIME,
@@ -860,31 +860,31 @@ def test_two_link_arm_has_the_torques_of_lagranges_equations():
     of_b = big_b * ab + big_c * (aa * np.cos(lean) + va**2 * np.sin(lean))
     of_a += G * (m1 * (c1 * np.exp(1j * a)).real + m2 * l1 * np.cos(a)) + pull * l1 * np.sin(a)
     of_b += G * m2 * (c2 * np.exp(1j * b)).real + pull * l2 * np.sin(b)
-    np.testing.assert_allclose(found.actions["shoulder"], of_a + of_b, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose(found.actions["elbow"], of_b, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(result.actions["shoulder"], of_a + of_b, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(result.actions["elbow"], of_b, rtol=1e-11, atol=1e-11)
 
 
 def test_the_routes_agree_for_many_drives():
-    found = chain_reactions(robot(), courses(), TIME, gravity=(1.0, -G), loads=[Force("finger", "end", 5.0, TIME)])
-    by_hand = sum(found.actions[name] * np.asarray(motion.speed) for name, motion in courses().items())
-    np.testing.assert_allclose(found.power, by_hand, atol=1e-12)
-    other = virtual_power(found)
+    result = chain_reactions(robot(), courses(), TIME, gravity=(1.0, -G), loads=[Force("finger", "end", 5.0, TIME)])
+    by_hand = sum(result.actions[name] * np.asarray(motion.speed) for name, motion in courses().items())
+    np.testing.assert_allclose(result.power, by_hand, atol=1e-12)
+    other = virtual_power(result)
     for joint, parts in other.items():
         for part, value in parts.items():
-            mine = found.actions[joint] if part == "drive" else found.components[joint][part]
+            mine = result.actions[joint] if part == "drive" else result.components[joint][part]
             np.testing.assert_allclose(mine, value, rtol=0, atol=1e-10 * 50)
-    unit = [{n: Motion(m.value, float(n == name)) for n, m in courses().items()} for name in found.actions]
+    unit = [{n: Motion(m.value, float(n == name)) for n, m in courses().items()} for name in result.actions]
     coefficients = [chain_poses(robot(), motions, TIME) for motions in unit]
-    for mine, value in zip(found.actions.values(), driving_actions(coefficients, found.others), strict=True):
+    for mine, value in zip(result.actions.values(), driving_actions(coefficients, result.others), strict=True):
         np.testing.assert_allclose(mine, value, rtol=0, atol=1e-11 * 50)
 
 
 def test_the_table_goes_by_time():
-    found = chain_reactions(robot(), courses(), TIME)
-    lines = found.table().splitlines()
+    result = chain_reactions(robot(), courses(), TIME)
+    lines = result.table().splitlines()
     assert lines[1].split("  ")[1] == "time (s)"
     assert all(f"{name} (N" in lines[1] for name in courses())
-    assert found.csv().startswith("time (s),knuckle.drive (N m),reach.drive (N),turn.drive (N m),")
+    assert result.csv().startswith("time (s),knuckle.drive (N m),reach.drive (N),turn.drive (N m),")
 
 
 def test_what_is_no_open_chain_is_refused():

@@ -53,7 +53,7 @@ def case(name):
 @pytest.mark.parametrize("name", KINDS)
 def test_slopes_are_those_of_the_moment(name):
     moments, omega, unknown, inertia, states = case(name)
-    found = moments.rate(omega, unknown, inertia, states)
+    result = moments.rate(omega, unknown, inertia, states)
 
     def slope(*changed):
         rows = [[a if b is None else a + s * b for a, b in changed] for s in (1, -1)]
@@ -62,27 +62,27 @@ def test_slopes_are_those_of_the_moment(name):
 
     one = STEP * np.ones_like(omega)
     state = [omega, unknown, inertia, *states]
-    assert found.by_states.shape == (len(states), *omega.shape)
-    for k, analytic in enumerate([found.by_speed, found.by_unknown, found.by_inertia, *found.by_states]):
+    assert result.by_states.shape == (len(states), *omega.shape)
+    for k, analytic in enumerate([result.by_speed, result.by_unknown, result.by_inertia, *result.by_states]):
         changed = [(value, (one if np.ndim(value) else STEP) if j == k else None) for j, value in enumerate(state)]
         numeric = slope(*changed)
-        assert_allclose(analytic, numeric, rtol=1e-6, atol=1e-6 * np.abs(found.moment).max())
+        assert_allclose(analytic, numeric, rtol=1e-6, atol=1e-6 * np.abs(result.moment).max())
         assert k != 0 or np.abs(analytic).max() > 0
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_moment_is_that_of_time_stepping(name):
     moments, omega, unknown, inertia, states = case(name)
-    found = moments.rate(omega, unknown, inertia, states)
+    result = moments.rate(omega, unknown, inertia, states)
     dynamics = Dynamics(moments.machine, inertia, unknown)
     middle = cells.MIDDLE  # where the directions of meshes are decided
     for k in range(0, len(omega), 2):
         phi, anchor = float(moments.mesh.phi[k, middle]), float(moments.mesh.anchor[k, 0])
         now = [float(state[k, middle]) for state in states]
         at = dynamics.at(phi, anchor, float(omega[k, middle]), states=now)
-        assert at.moment == pytest.approx(found.moment[k, middle], rel=1e-12, abs=1e-10)
+        assert at.moment == pytest.approx(result.moment[k, middle], rel=1e-12, abs=1e-10)
         energy = at.inertia * at.acceleration + 0.5 * moments.slope[k, middle] * omega[k, middle] ** 2
-        assert energy == pytest.approx(found.moment[k, middle], rel=1e-11, abs=1e-9)
+        assert energy == pytest.approx(result.moment[k, middle], rel=1e-11, abs=1e-9)
 
 
 @pytest.mark.parametrize("efficiency", [0.95, 0.6])
@@ -116,12 +116,12 @@ def test_speeds_may_be_many_at_once():
 
 def test_at_a_constant_speed_nothing_is_accelerated():
     moments = moments_of(regimes.scene("geared-loss", inertia=0.05))
-    found, speed, phi = moments.constant(13.0, 15.0), 13.0, moments.mesh.phi
+    result, speed, phi = moments.constant(13.0, 15.0), 13.0, moments.mesh.phi
     # the motor's shaft carries the drive alone: 120 N m at the crank drives it through the mesh at 0.9
     plain = moments.machine.reduction.moments(phi, moments.mesh.anchor, 15.0)
     others = sum(value for name, value in plain.items() if name != "drive")
-    assert_allclose(found.moment, others + 0.9 * 8 * 15.0, rtol=1e-13)
-    assert_allclose(found.by_unknown, 0.9 * 8)
+    assert_allclose(result.moment, others + 0.9 * 8 * 15.0, rtol=1e-13)
+    assert_allclose(result.by_unknown, 0.9 * 8)
     (tau,) = moments.constant_losses(speed, 15.0)
     assert_allclose(tau, -8 * 15.0)
 
@@ -129,11 +129,11 @@ def test_at_a_constant_speed_nothing_is_accelerated():
 def test_a_steady_current_is_that_of_the_line():
     moments = moments_of(regimes.scene("dc-inductance", inertia=0.1))
     assert_allclose(moments.steady_states(np.array([0.0, 10.0]))[0], [220 / 0.8, (220 - 1.5 * 100) / 0.8])
-    found = (
+    result = (
         moments.constant(10.0, 0.0).moment
         - moments.machine.reduction.moments(moments.mesh.phi, moments.mesh.anchor)["load[0] on slider-crank.slider"]
     )
-    assert_allclose(found, 10 * 1.5 * (220 - 150) / 0.8, rtol=1e-12)
+    assert_allclose(result, 10 * 1.5 * (220 - 150) / 0.8, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("name", "torque"), [("section-c", lambda w: 10 - 2.387 * w), ("pump", lambda w: 50 + 0 * w)])
@@ -145,10 +145,10 @@ def test_the_drives_share_is_its_own_torque(name, torque):
 def test_switches_are_what_decides_branches_at_a_speed():
     moments = moments_of(regimes.scene("governor", inertia=0.5))
     omega = 13.0 + 0.5 * np.sin(moments.mesh.phi)
-    found = [switch for switch in moments.switches(omega) if np.ptp(switch) > 0]
+    result = [switch for switch in moments.switches(omega) if np.ptp(switch) > 0]
     inner = 4 * (110 - 8 * omega)  # max(0, inner) and min(40, that)
-    assert any(np.allclose(np.abs(switch), np.abs(inner)) for switch in found)
-    assert any(np.allclose(np.abs(switch), np.abs(40 - np.maximum(inner, 0))) for switch in found)
+    assert any(np.allclose(np.abs(switch), np.abs(inner)) for switch in result)
+    assert any(np.allclose(np.abs(switch), np.abs(40 - np.maximum(inner, 0))) for switch in result)
 
 
 def test_an_efficiency_of_next_to_nothing_keeps_its_digits():
@@ -161,13 +161,13 @@ def test_an_efficiency_of_next_to_nothing_keeps_its_digits():
         "regime": {"speed": 10},
         "flywheel": {"irregularity": 0.01},
     }
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.balance.value == pytest.approx(80 / (4 * np.pi * 1e-6), rel=4e-15)
-    assert found.error.exact < 1e-12
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.balance.value == pytest.approx(80 / (4 * np.pi * 1e-6), rel=4e-15)
+    assert result.error.exact < 1e-12
 
 
-def dynamics(scene, inertia=1.0, **given):
-    return Dynamics(flywheel.Machine(flywheel.load(scene)), inertia, **given)
+def dynamics(scene, inertia=1.0, **inputs):
+    return Dynamics(flywheel.Machine(flywheel.load(scene)), inertia, **inputs)
 
 
 def geared(efficiency):
@@ -213,24 +213,24 @@ def test_moments_by_part_add_up_to_the_whole():
         drive={"torque": "40 - 3*omega"},
         flywheel={"inertia": 1},
     )
-    found = dynamics(scene)
-    parts = found.moments(np.array([1.0]), Anchor(1.5, 2.0, 0.0), np.array([2.0]), np.zeros(1))
+    result = dynamics(scene)
+    parts = result.moments(np.array([1.0]), Anchor(1.5, 2.0, 0.0), np.array([2.0]), np.zeros(1))
     assert float(parts["drive"][0]) == pytest.approx(34.0)
-    assert sum(float(part[0]) for part in parts.values()) == pytest.approx(found.at(1.0, 1.5, 2.0).moment, rel=1e-13)
+    assert sum(float(part[0]) for part in parts.values()) == pytest.approx(result.at(1.0, 1.5, 2.0).moment, rel=1e-13)
 
 
 def test_branches_are_decided_at_the_anchor():
-    found = dynamics(scenes.rotor(load=[], drive={"torque": "30 if omega < 5 else 10"}))
-    assert found.at(1.0, 3.0, 5.5).moment == 10
-    assert found.at(1.0, 3.0, 5.5, anchor=Anchor(3.0, 4.9, 0.0)).moment == 30
-    assert float(found.switches(1.0, Anchor(3.0, 4.9, 0.0), 5.5, 0.0)[0]) == pytest.approx(0.5)
+    result = dynamics(scenes.rotor(load=[], drive={"torque": "30 if omega < 5 else 10"}))
+    assert result.at(1.0, 3.0, 5.5).moment == 10
+    assert result.at(1.0, 3.0, 5.5, anchor=Anchor(3.0, 4.9, 0.0)).moment == 30
+    assert float(result.switches(1.0, Anchor(3.0, 4.9, 0.0), 5.5, 0.0)[0]) == pytest.approx(0.5)
 
 
 def test_a_current_that_is_a_state_of_its_own_drives_in_place_of_the_steady_law():
     motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.002, "friction": 0.002}
     scene = {"shafts": {"fast": {"ratio": 5}}, "drive": {"on": "fast", "motor": motor}, "flywheel": {"inertia": 2}}
-    found = dynamics(scene, 2.0)
-    now = found.at(0.5, 3.0, 4.0, states=(10.0,))
+    result = dynamics(scene, 2.0)
+    now = result.at(0.5, 3.0, 4.0, states=(10.0,))
     same = DC(voltage=48, resistance=0.4, constant=0.25, inductance=0.002, friction=0.002)
     assert now.moment == pytest.approx(5 * same.torque_of_current(20.0, 10.0))
     assert now.rates[0] == pytest.approx(same.current_rate(20.0, 10.0))
@@ -263,8 +263,8 @@ def by_hand(until, inductance):
         slope = (48.0 - 0.4 * current - 0.3 * speed) / inductance if inductance else 0.0
         return [omega, (-4 - 0.5 * omega - 3 * twist) / 1.5, speed, (driving + twist) / 0.2, slope]
 
-    found = solve_ivp(rates, (0, until), [0.0, 5.0, 0.0, 15.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12)
-    return found.y[:, -1]
+    result = solve_ivp(rates, (0, until), [0.0, 5.0, 0.0, 15.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12)
+    return result.y[:, -1]
 
 
 @pytest.mark.parametrize("inductance", [0.02, 0.0])

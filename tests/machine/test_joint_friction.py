@@ -60,7 +60,7 @@ def test_the_curve_is_kinetostatics_with_its_corners_where_a_normal_force_or_a_r
     assert (expected < 0.0).all()
     corners = np.array(curve.breakpoints)
     sides = [joint_forces(rough(), corners + d, speed=W).mechanisms["linkage"] for d in (-1e-8, 1e-8)]
-    before, after = (np.sign([values for values, _ in joint_friction._deciding([(1.0, found)])]) for found in sides)
+    before, after = (np.sign([values for values, _ in joint_friction._deciding([(1.0, result)])]) for result in sides)
     assert corners.size >= 2
     assert (before != after).any(axis=0).all()
     state = flywheel.reduce(rough(), np.linspace(0.0, 6.0, 9))
@@ -105,9 +105,9 @@ def test_other_mechanisms_beside_a_rough_one() -> None:
     yoke = {"type": "scotch-yoke", "name": "yoke", "crank": {"length": 0.1}, "yoke": {"mass": 5}}
     both = linkage | {"mechanism": [linkage["mechanism"] | {"name": "press"}, yoke]}
     both["load"] = [linkage["load"][0] | {"on": "press.ram"}]
-    alone, found = (flywheel.size(flywheel.load(scene), simulate=False) for scene in (linkage, both))
-    assert found.friction.constant_speed.balance == pytest.approx(alone.friction.constant_speed.balance, rel=1e-9)
-    assert found.balance.value == pytest.approx(alone.balance.value, rel=1e-4)  # the yoke makes another motion
+    alone, result = (flywheel.size(flywheel.load(scene), simulate=False) for scene in (linkage, both))
+    assert result.friction.constant_speed.balance == pytest.approx(alone.friction.constant_speed.balance, rel=1e-9)
+    assert result.balance.value == pytest.approx(alone.balance.value, rel=1e-4)  # the yoke makes another motion
 
 
 def test_a_normal_force_of_rounding_has_no_corners() -> None:
@@ -138,16 +138,16 @@ def steady(mu: float, eps: float) -> flywheel.Sizing:
 @pytest.mark.slow
 def test_friction_in_a_steady_regime_is_that_of_its_own_speeds_and_accelerations() -> None:
     """Against shooting by hand-written equations of Newton and Euler, solved to 3e-12 (see the slow test below)."""
-    found = steady(0.1, 0.03)
-    assert found.flywheel.exact == pytest.approx(7.802957683474, rel=1e-11)
-    assert found.balance.value == pytest.approx(27.713716075703, rel=1e-11)
-    assert found.error.exact < 1e-10
-    assert found.friction.left < 1e-8
-    constant = found.friction.constant_speed
+    result = steady(0.1, 0.03)
+    assert result.flywheel.exact == pytest.approx(7.802957683474, rel=1e-11)
+    assert result.balance.value == pytest.approx(27.713716075703, rel=1e-11)
+    assert result.error.exact < 1e-10
+    assert result.friction.left < 1e-8
+    constant = result.friction.constant_speed
     assert (constant.speed, constant.exact) == (W, pytest.approx(7.80294591212, rel=1e-11))
     assert constant.balance == pytest.approx(27.714399558469, rel=1e-11)
-    assert "at a constant 20 rad/s it would give 7.80295 kg m^2, 0.00015 % less" in found.messages[-1]
-    assert found.as_dict()["friction"]["constant_speed"]["balance"] == constant.balance
+    assert "at a constant 20 rad/s it would give 7.80295 kg m^2, 0.00015 % less" in result.messages[-1]
+    assert result.as_dict()["friction"]["constant_speed"]["balance"] == constant.balance
 
 
 def one_turn(machine: SliderCrank, energy: float) -> tuple[float, float, float]:
@@ -183,26 +183,26 @@ def one_turn(machine: SliderCrank, energy: float) -> tuple[float, float, float]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("mu", "eps"), [(0.1, 0.03), (0.15, 0.5)])
 def test_the_steady_regime_returns_by_hand_written_equations(mu: float, eps: float) -> None:
-    found = steady(mu, eps)
-    begun = 0.5 * float(speed_at(found, 0.0)) ** 2
-    torque = found.balance.value
-    machine = SliderCrank(mu=mu, mu_guide=mu, wheel=found.flywheel.exact, torque=lambda t, phi, omega: torque)
+    result = steady(mu, eps)
+    begun = 0.5 * float(speed_at(result, 0.0)) ** 2
+    torque = result.balance.value
+    machine = SliderCrank(mu=mu, mu_guide=mu, wheel=result.flywheel.exact, torque=lambda t, phi, omega: torque)
     ended, fastest, slowest = one_turn(machine, begun)
     assert ended == pytest.approx(begun, rel=1e-10)
     assert 0.5 * (fastest + slowest) == pytest.approx(W, rel=1e-10)
     assert 2 * (fastest - slowest) / (fastest + slowest) == pytest.approx(eps, rel=1e-9)
-    off = found.friction.constant_speed
+    off = result.friction.constant_speed
     assert abs(off.balance / torque - 1.0) > 1e-5
 
 
 @pytest.mark.slow
 def test_a_simulation_with_friction_of_each_instant_confirms_the_steady_regime() -> None:
-    found = steady(0.15, 0.5)
-    scene = flywheel.load(crank_press(0.15, flywheel={"inertia": found.flywheel.exact}))
+    result = steady(0.15, 0.5)
+    scene = flywheel.load(crank_press(0.15, flywheel={"inertia": result.flywheel.exact}))
     again = flywheel.size(scene, simulate=False)
     assert again.simulation.irregularity == pytest.approx(0.5, rel=1e-9)
-    begun = float(speed_at(found, 0.0))
-    motion = flywheel.simulate(scene, 0.0, begun, again.simulation.period, balance=found.balance.value, rtol=1e-9)
+    begun = float(speed_at(result, 0.0))
+    motion = flywheel.simulate(scene, 0.0, begun, again.simulation.period, balance=result.balance.value, rtol=1e-9)
     assert motion.phi[-1] == pytest.approx(2 * np.pi, rel=1e-8)
     assert motion.omega[-1] == pytest.approx(begun, rel=1e-8)
     times = np.linspace(0.0, motion.t[-1], 20001)
@@ -216,11 +216,11 @@ def test_rounds_of_motion_and_friction_that_swing_to_and_fro_settle() -> None:
     changes = {"load": [{"on": "ram", "force": -100}], "drive": {"torque": "30 - omega"}, "regime": {}}
     scene = crank_press(0.2, **changes, flywheel={"irregularity": 0.6})
     scene["mechanism"]["bodies"]["ram"]["mass"] = 30
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.error.exact < 1e-8
-    begun = float(speed_at(found, 0.0))
-    given = flywheel.load(scene | {"flywheel": {"inertia": found.flywheel.exact}})
-    motion = flywheel.simulate(given, 0.0, begun, 1.3 * 2 * np.pi / found.speed, rtol=1e-9)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.error.exact < 1e-8
+    begun = float(speed_at(result, 0.0))
+    inputs = flywheel.load(scene | {"flywheel": {"inertia": result.flywheel.exact}})
+    motion = flywheel.simulate(inputs, 0.0, begun, 1.3 * 2 * np.pi / result.speed, rtol=1e-9)
     back = brentq(lambda t: float(motion.at(np.array([t]))[0][0]) - 2 * np.pi, 0.0, float(motion.t[-1]), xtol=1e-14)
     omega = motion.at(np.linspace(0.0, back, 20001))[1]
     assert omega[-1] == pytest.approx(begun, rel=1e-8)
@@ -228,10 +228,10 @@ def test_rounds_of_motion_and_friction_that_swing_to_and_fro_settle() -> None:
 
 
 def test_a_machine_with_its_friction_given_keeps_it() -> None:
-    found = flywheel.size(rough(), simulate=False)
-    assert found.friction is None
-    assert found.machine is not None
-    assert found.machine.friction is rough().friction
+    result = flywheel.size(rough(), simulate=False)
+    assert result.friction is None
+    assert result.machine is not None
+    assert result.machine.friction is rough().friction
 
 
 @pytest.mark.slow

@@ -82,9 +82,9 @@ def test_the_unknown_is_kept_apart_from_the_rest():
 
 def test_crank_angles_of_a_local_angle():
     place = Place("m.slider", lambda here: here.q, rate=2.0, phase=1.0)
-    found = crank_angles(0.5, TURN, place, TURN)
-    assert_allclose((2 * found + 1.0) % TURN, 0.5)
-    assert found.size == 2
+    result = crank_angles(0.5, TURN, place, TURN)
+    assert_allclose((2 * result + 1.0) % TURN, 0.5)
+    assert result.size == 2
     assert crank_angles(0.0, TURN, SHAFT, 2 * TURN).tolist() == [0.0, TURN]
 
 
@@ -282,10 +282,10 @@ def test_every_mesh_with_losses_is_a_stage_of_what_hangs_behind_it():
     assert_allclose(fan.reduction(PHI).inertia, 9 * 0.7 + 20 * gain**2, rtol=1e-12)
     assert_allclose(motor.reduction(PHI).resistance, 64 * 0.2)
     assert_allclose(crank.reduction(PHI).moment, -5.0)
-    found = {e.name: v for s in built.stages for e, v, _ in s.reduction.at(PHI).contributions(10.0)}
-    assert_allclose(found["load[2].torque"], -9 * 10.0)
-    assert_allclose(found["load[3].torque"], -4 * 2 * 10.0)
-    assert_allclose(found["load[0].force"], -30 * gain**2 * 10.0, rtol=1e-12, atol=1e-14)
+    result = {e.name: v for s in built.stages for e, v, _ in s.reduction.at(PHI).contributions(10.0)}
+    assert_allclose(result["load[2].torque"], -9 * 10.0)
+    assert_allclose(result["load[3].torque"], -4 * 2 * 10.0)
+    assert_allclose(result["load[0].force"], -30 * gain**2 * 10.0, rtol=1e-12, atol=1e-14)
     assert [len(s.reduction.at(PHI).contributions(10.0)) for s in built.stages] == [1, 0, 2]
     whole = sum(s.reduction(PHI).inertia for s in built.stages)
     assert_allclose(whole, built.reduction(PHI).inertia, rtol=1e-13)
@@ -300,15 +300,15 @@ def test_a_weight_in_the_graph_is_that_along_its_guide():
 
 def test_dead_centres_are_the_roots_of_the_influence_coefficient():
     built = machine(scenes.press())
-    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
-    assert_allclose(found, [np.pi], atol=1e-14)
+    result = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(result, [np.pi], atol=1e-14)
     offset = scenes.press()["mechanism"] | {"slider": {"offset": 0.05}}
     built = machine(scenes.press(mechanism=offset, gravity={}))
     # stretched and folded: sin(phi) = e/(l ± r)
     stretched, folded = np.arcsin(0.05 / 0.6), np.pi + np.arcsin(-0.05 / 0.4) + 2 * np.arcsin(0.05 / 0.4)
-    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
-    assert_allclose(found, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
-    assert folded == pytest.approx(found[1])
+    result = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(result, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
+    assert folded == pytest.approx(result[1])
 
 
 SLIDER = {"type": "slider-crank", "crank.length": 0.1, "slider.mass": 1, "rod.inertia": 1}
@@ -330,14 +330,14 @@ DEAD_CENTRES = [
 
 
 def nested(flat):
-    found = {}
+    result = {}
     for path, value in flat.items():
         *tables, key = path.split(".")
-        place = found
+        place = result
         for table in tables:
             place = place.setdefault(table, {})
         place[key] = value
-    return found
+    return result
 
 
 @pytest.mark.parametrize(("flat", "port"), DEAD_CENTRES)
@@ -362,14 +362,14 @@ def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, rati
 
 def test_switches_of_an_expression_become_breakpoints():
     load = [{"on": "crank", "torque": "-5*max(sin(phi), 0.5) - (3 if phi < 2 else 1)"}]
-    found = machine(scenes.rotor(load=load)).breakpoints
-    assert_allclose(found, [0, np.pi / 6, 2, 5 * np.pi / 6, 2 * np.pi], atol=1e-14)
+    result = machine(scenes.rotor(load=load)).breakpoints
+    assert_allclose(result, [0, np.pi / 6, 2, 5 * np.pi / 6, 2 * np.pi], atol=1e-14)
 
 
 def test_switches_on_displacement_follow_the_mechanism():
     load = [{"on": "yoke", "force": "-100 if x > 0.25 else 0"}]
-    found = machine(scenes.yoke(load=load)).breakpoints
-    assert_allclose(found, [0, np.pi / 3, 5 * np.pi / 3, 2 * np.pi], atol=1e-14)
+    result = machine(scenes.yoke(load=load)).breakpoints
+    assert_allclose(result, [0, np.pi / 3, 5 * np.pi / 3, 2 * np.pi], atol=1e-14)
 
 
 @pytest.mark.parametrize("width", [1e-2, 1e-5])
@@ -434,9 +434,9 @@ def test_a_root_of_any_order_is_followed_to_its_branch_point():
     power = 0.01
     load = [{"on": "crank", "torque": f"-50*abs(cos(phi))**{power}"}]
     scene = {"load": load, "drive": {"torque": "balance"}, "regime": {"speed": 20}, "flywheel": {"irregularity": 0.03}}
-    found = flywheel.size(flywheel.load(scene), simulate=False)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
     mean = mpmath.gamma((power + 1) / 2) / (mpmath.sqrt(mpmath.pi) * mpmath.gamma(power / 2 + 1))
-    assert found.balance.value == pytest.approx(50 * float(mean), rel=1e-11)
+    assert result.balance.value == pytest.approx(50 * float(mean), rel=1e-11)
 
 
 # Shafts in a tree: how they are read and turn, that lossless trains are the star they amount to, drag and rest.
@@ -471,23 +471,23 @@ def fault(shafts: dict[str, Any]) -> str:
 
 
 def test_speeds_go_along_the_tree_whatever_the_order_in_which_it_is_written():
-    found = scene({"fan": {"on": "motor", "ratio": 2}, "motor": {"on": "wheel", "ratio": 3}, "wheel": {"ratio": 6}})
-    assert dict(found.shafts) == {"crank": 1.0, "wheel": 6.0, "motor": 18.0, "fan": 36.0}
-    assert list(found.transmissions) == ["wheel", "motor", "fan"]
-    assert list(found.inwards("fan")) == ["fan", "motor", "wheel", "crank"]
-    assert found.near("motor") == "wheel"
-    assert not found.efficiencies
+    result = scene({"fan": {"on": "motor", "ratio": 2}, "motor": {"on": "wheel", "ratio": 3}, "wheel": {"ratio": 6}})
+    assert dict(result.shafts) == {"crank": 1.0, "wheel": 6.0, "motor": 18.0, "fan": 36.0}
+    assert list(result.transmissions) == ["wheel", "motor", "fan"]
+    assert list(result.inwards("fan")) == ["fan", "motor", "wheel", "crank"]
+    assert result.near("motor") == "wheel"
+    assert not result.efficiencies
 
 
 def test_what_is_driven_slips():
     shafts = {"wheel": {"ratio": 6, "efficiency": 0.5}, "motor": {"on": "wheel", "ratio": 3, "slip": "2 %"}}
     shafts |= {"fan": {"on": "wheel", "ratio": 2, "slip": 0.02, "efficiency": 0.9}}
-    found = scene(shafts, drive={"on": "motor", "torque": "balance"})
-    assert found.shafts["motor"] == pytest.approx(18 / 0.98, rel=1e-15)
-    assert found.shafts["fan"] == pytest.approx(12 * 0.98, rel=1e-15)
-    assert dict(found.efficiencies) == {"wheel": 0.5, "motor": 0.98, "fan": pytest.approx(0.9 * 0.98)}
-    assert found.transmissions["wheel"] == Transmission("crank", 6.0, 0.5, drives=True)
-    stages = flywheel.Machine(found).stages
+    result = scene(shafts, drive={"on": "motor", "torque": "balance"})
+    assert result.shafts["motor"] == pytest.approx(18 / 0.98, rel=1e-15)
+    assert result.shafts["fan"] == pytest.approx(12 * 0.98, rel=1e-15)
+    assert dict(result.efficiencies) == {"wheel": 0.5, "motor": 0.98, "fan": pytest.approx(0.9 * 0.98)}
+    assert result.transmissions["wheel"] == Transmission("crank", 6.0, 0.5, drives=True)
+    stages = flywheel.Machine(result).stages
     assert [(stage.shaft, stage.near) for stage in stages] == [("crank", 0), ("wheel", 0), ("motor", 1), ("fan", 1)]
 
 
@@ -522,9 +522,9 @@ def test_faults(shafts, words):
 
 def test_every_circle_is_told_once_and_what_hangs_on_it_is_not():
     shafts = {"far": {"ratio": 2, "on": "a"}} | {n: {"ratio": 2, "on": on} for n, on in zip("abcpq", "bcaqp", strict=True)}
-    told = fault(shafts)
-    assert told.count("a circle of shafts") == 2
-    assert "far" not in told
+    text = fault(shafts)
+    assert text.count("a circle of shafts") == 2
+    assert "far" not in text
 
 
 # -- as they turn ------------------------------------------------------------------------------------------------------
@@ -576,8 +576,8 @@ def test_drag_turns_round_with_the_motion():
 
 
 def test_drag_holds_until_what_drives_is_stronger():
-    found = scene(DRAGS, load=[{"on": "crank", "torque": "10*t"}])
-    motion = flywheel.simulate(found, phi=0.0, omega=0.0, until=2.0)
+    result = scene(DRAGS, load=[{"on": "crank", "torque": "10*t"}])
+    motion = flywheel.simulate(result, phi=0.0, omega=0.0, until=2.0)
     assert motion.at([0.49])[1] == pytest.approx([0.0], abs=1e-12)
     assert motion.at([2.0])[1] == pytest.approx([(5 * 2.0**2 - 5 * 2.0 + 1.25) / 3], rel=1e-9)
     with pytest.raises(flywheel.SceneError, match="the drag of its shafts holds M"):
@@ -587,8 +587,8 @@ def test_drag_holds_until_what_drives_is_stronger():
 def test_a_train_runs_down_by_drags_and_losses():
     shafts = {"crank": {"drag": 1.0}, "m": {"ratio": 2.0, "drag": 1.0, "efficiency": 0.5}}
     shafts |= {"n": {"on": "m", "ratio": 2.0, "drag": 0.5, "efficiency": 0.9}}
-    found = scene(shafts, inertia=[{"on": "crank", "value": 2.0}, {"on": "n", "value": 1.0}])
-    transient = flywheel.transient(found, start=10.0, end="stop")
+    result = scene(shafts, inertia=[{"on": "crank", "value": 2.0}, {"on": "n", "value": 1.0}])
+    transient = flywheel.transient(result, start=10.0, end="stop")
     # 3 a + 1 + 0.5 (2 + 0.9 (16 a + 2)) = 0, as the far shafts drive
     assert transient.time == pytest.approx(10.0 * (3.0 + 0.5 * 0.9 * 16.0) / (1.0 + 0.5 * (2.0 + 0.9 * 2.0)), rel=1e-9)
 

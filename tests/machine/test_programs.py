@@ -39,10 +39,10 @@ def pieces(machine, most=3):
     return [(float(0.5 * (edges[k] + edges[k + 1])), np.linspace(edges[k], edges[k + 1], 7)[1:-1]) for k in chosen]
 
 
-def differences(found, expected, scales):
+def differences(result, expected, scales):
     """Largest differences relative to scales."""
     shape = np.broadcast_shapes(*(np.shape(value) for value in expected))
-    rows = zip(found, expected, scales, strict=True)
+    rows = zip(result, expected, scales, strict=True)
     sizes = [(np.abs(a - np.asarray(b) + np.zeros(shape)).max(), np.abs(scale).max()) for a, b, scale in rows]
     return max(size / scale if size else 0.0 for size, scale in sizes)
 
@@ -116,9 +116,9 @@ for name in sys.argv[2:]:
 @pytest.mark.slow
 def test_thirty_digits_of_machines_written_out_apart():
     command = [sys.executable, "-c", ORACLE, str(PRESS.parent), *WRITTEN_OUT.split()]
-    given = {**os.environ, "ORACLE_DIGITS": "35"}
-    found = subprocess.run(command, cwd=HERE.parents[1], env=given, capture_output=True, text=True, check=False)
-    assert not found.stderr
+    inputs = {**os.environ, "ORACLE_DIGITS": "35"}
+    result = subprocess.run(command, cwd=HERE.parents[1], env=inputs, capture_output=True, text=True, check=False)
+    assert not result.stderr
 
 
 def test_a_program_in_thirty_digits_is_the_walk_in_thirty_digits():
@@ -131,8 +131,8 @@ def test_a_program_in_thirty_digits_is_the_walk_in_thirty_digits():
     with mp.workdps(35):
         phi = mp.mpf("0.3")
         walk = machine.reduction(phi, anchor, namespace)
-        found = reduced(machine, anchor).function(namespace)(phi, 0.0, 0.0, 0.0)
-        assert max(abs(a - b) for a, b in zip(found, walk[:3], strict=True)) < 1e-25
+        result = reduced(machine, anchor).function(namespace)(phi, 0.0, 0.0, 0.0)
+        assert max(abs(a - b) for a, b in zip(result, walk[:3], strict=True)) < 1e-25
         rounded = reduced(machine, anchor).function("math")(0.3, 0.0, 0.0, 0.0)
         assert max(abs(a - b) / (abs(b) + 1) for a, b in zip(rounded, walk[:3], strict=True)) < 1e-14
 

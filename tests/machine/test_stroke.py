@@ -93,24 +93,24 @@ def test_the_reduced_mass_and_the_driving_force_are_those_of_the_closed_loops(x)
     gravity = -mp.mpf("9.80665") * (values[6] * g[6] + values[8] * g[8])  # of coupler and rod
     push = -40000 * g[4] - 300
     scene = clamp(gravity={}, load=[{"on": "platen", "force": "-40 kN"}, {"on": "slide", "force": "-300 N"}])
-    found = along(scene, [x], acceleration=2.0)
-    assert_allclose(found.state.inertia, float(mass), rtol=1e-12)
-    assert_allclose(found.state.slope, float(mass_slope), rtol=1e-10)
-    assert_allclose(found.state.moment, float(gravity + push), rtol=1e-11)
+    result = along(scene, [x], acceleration=2.0)
+    assert_allclose(result.state.inertia, float(mass), rtol=1e-12)
+    assert_allclose(result.state.slope, float(mass_slope), rtol=1e-10)
+    assert_allclose(result.state.moment, float(gravity + push), rtol=1e-11)
     v = mp.mpf("0.3289474")
-    assert_allclose(found.driving, float(mass * 2 + mass_slope * v**2 / 2 - gravity - push), rtol=1e-10)
+    assert_allclose(result.driving, float(mass * 2 + mass_slope * v**2 / 2 - gravity - push), rtol=1e-10)
 
 
 def test_the_clamp_at_full_stretch():
     """The printed read-out of the source, a dead centre: its digits, with the angle that it needs."""
-    found = along(clamp(), [0.19])
+    result = along(clamp(), [0.19])
     turning = {"bell_crank": (-0.7616, -11.972), "coupler": (4.0698, 13.152), "rod": (0.6445, 10.130)}
     for name, (omega, alpha) in turning.items():
-        assert_allclose(found.velocities[f"toggle-clamp.{name}"], omega, atol=5e-5)
-        assert_allclose(found.accelerations[f"toggle-clamp.{name}"], alpha, atol=5e-4)
-    assert_allclose(1e3 * found.velocities["toggle-clamp.platen"], 0.02179, atol=5e-6)
-    assert_allclose(1e3 * found.accelerations["toggle-clamp.platen"], -235.27, atol=5e-3)
-    assert_allclose(found.velocities["slide"], 0.3289474)
+        assert_allclose(result.velocities[f"toggle-clamp.{name}"], omega, atol=5e-5)
+        assert_allclose(result.accelerations[f"toggle-clamp.{name}"], alpha, atol=5e-4)
+    assert_allclose(1e3 * result.velocities["toggle-clamp.platen"], 0.02179, atol=5e-6)
+    assert_allclose(1e3 * result.accelerations["toggle-clamp.platen"], -235.27, atol=5e-3)
+    assert_allclose(result.velocities["slide"], 0.3289474)
 
 
 def test_speeds_and_accelerations_of_another_motion():
@@ -120,9 +120,9 @@ def test_speeds_and_accelerations_of_another_motion():
     step = 1e-6  # along x(t) = x + 0.5 t - 0.75 t²
     inside = slice(1, -1)
     at = [flywheel.reduce(scene, x[inside] + 0.5 * t - 0.75 * t**2).gains for t in (-step, step)]
-    for name, found in slow.accelerations.items():
+    for name, result in slow.accelerations.items():
         before, after = (g[name] * (0.5 - 1.5 * t) for g, t in zip(at, (-step, step), strict=True))
-        assert_allclose(found[inside], (after - before) / (2 * step), rtol=1e-7, atol=1e-7)
+        assert_allclose(result[inside], (after - before) / (2 * step), rtol=1e-7, atol=1e-7)
         assert_allclose(slow.velocities[name], 0.5 * slow.state.gains[name])
 
 
@@ -150,14 +150,14 @@ def test_the_drive_is_not_counted_among_the_loads_that_it_must_overcome():
 
 
 def test_a_driver_that_turns_keeps_its_names_and_units():
-    found = along(lever(), np.radians([10, 60, 100]))
+    result = along(lever(), np.radians([10, 60, 100]))
     inertia = 0.04 + 3 * 0.4**2
-    weight = -3 * 9.80665 * 0.4 * np.cos(found.state.phi)
-    assert_allclose(found.state.inertia, inertia)
-    assert_allclose(found.state.moment, weight, atol=1e-14)
-    assert_allclose(found.driving, 3 * inertia - weight, atol=1e-14)
-    assert set(found.velocities) >= {"crank"}
-    assert_allclose(found.accelerations["crank"], 3.0)
+    weight = -3 * 9.80665 * 0.4 * np.cos(result.state.phi)
+    assert_allclose(result.state.inertia, inertia)
+    assert_allclose(result.state.moment, weight, atol=1e-14)
+    assert_allclose(result.driving, 3 * inertia - weight, atol=1e-14)
+    assert set(result.velocities) >= {"crank"}
+    assert_allclose(result.accelerations["crank"], 3.0)
 
 
 # -- places and loads ------------------------------------------------------------------------------------------------

@@ -92,27 +92,27 @@ def places(mechanism: Mechanism, psi: Any) -> dict[str, Any]:
         of = mechanism.bodies.get(body, Body())
         return pivot + of.com * mp.expj(angle + of.com_angle)
 
-    found = {"crank.pin": pin, "crank.com": centre("crank", 0, psi), "crank": psi}
+    result = {"crank.pin": pin, "crank.com": centre("crank", 0, psi), "crank": psi}
     if mechanism.type == "scotch-yoke":
-        return found | {"yoke": (pin * mp.expj(-length["yoke.direction"])).real, "block": pin}
+        return result | {"yoke": (pin * mp.expj(-length["yoke.direction"])).real, "block": pin}
     if mechanism.type == "slider-crank":
         offset = length["slider.offset"]
         slide = pin.real + mp.sqrt(length["rod.length"] ** 2 - (pin.imag - offset) ** 2)
         angle = mp.arg(mp.mpc(slide, offset) - pin)
-        return found | {"slider": slide, "rod": angle, "rod.com": centre("rod", pin, angle)}
+        return result | {"slider": slide, "rod": angle, "rod.com": centre("rod", pin, angle)}
     if mechanism.type == "crank-shaper":
         pin = length["frame.length"] + pin
         angle = mp.arg(pin)
         end = length["rocker.length"] * mp.expj(angle)
         com = centre("rocker", 0, angle)
-        return found | {"rocker": angle, "ram": end.imag, "block": pin, "rocker_pin": end, "rocker.com": com}
+        return result | {"rocker": angle, "ram": end.imag, "block": pin, "rocker_pin": end, "rocker.com": com}
     ground, coupler, rocker = (length[f"{bar}.length"] for bar in ("ground", "coupler", "rocker"))
     across = ground - pin
     corner = mp.acos((abs(across) ** 2 + coupler**2 - rocker**2) / (2 * abs(across) * coupler))
     joint = pin + coupler * across / abs(across) * mp.expj(corner if mechanism.assembly == "open" else -corner)
     angles = {"coupler": mp.arg(joint - pin), "rocker": mp.arg(joint - ground)}
     return (
-        found
+        result
         | angles
         | {
             "coupler.com": centre("coupler", pin, angles["coupler"]),

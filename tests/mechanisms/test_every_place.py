@@ -88,6 +88,6 @@ def test_it_is_drawn_if_it_has_joints_and_moves(kind):
 
 
 def test_the_page_shows_its_motion(kind):
-    shown = answer(mechanism(kind)[0], {"panels": ["motion"]}, rest=False)["motion"]
-    of = shown["of"].rpartition(".")[2]
+    output = answer(mechanism(kind)[0], {"panels": ["motion"]}, rest=False)["motion"]
+    of = output["of"].rpartition(".")[2]
     assert not kind.default_curves or of in kind.default_curves

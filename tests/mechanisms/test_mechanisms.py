@@ -79,13 +79,13 @@ def hard_angles(breakpoints: tuple[float, ...]) -> np.ndarray:
     return np.concatenate([*beside, np.linspace(-9.0, 11.0, 7)])
 
 
-def component(known: dict[str, Any], name: str) -> Any:
+def component(exact: dict[str, Any], name: str) -> Any:
     """Displacement along a velocity: a coordinate, or an angle; None for a tangential speed."""
     place, _, axis = name.rpartition(".")
     place = "rocker_pin" if place == "rocker.pin" else place
     if axis in ("x", "y"):
-        return None if place not in known else (known[place].real if axis == "x" else known[place].imag)
-    return known.get(name) if name != "crank.pin" and not name.endswith(".com") else None
+        return None if place not in exact else (exact[place].real if axis == "x" else exact[place].imag)
+    return exact.get(name) if name != "crank.pin" and not name.endswith(".com") else None
 
 
 @pytest.mark.parametrize("mechanism", sample([pytest.param(m, id=name) for name, m in CLEAR.items()], 2))
@@ -111,8 +111,8 @@ def test_motion_energy_and_weight_are_those_of_the_bodies(mechanism: Mechanism) 
             energy += body.mass * abs(speed) ** 2 + body.inertia * spin**2
             velocity = speed if isinstance(places(mechanism, psi)[spot], mp.mpc) else speed * along.get(name, 1)
             own = [weight for weight in family.weights if weight.body == name]
-            found = sum(w.mass * (mp.conj(pull) * mp.expj(w.direction)).real * gains[w.velocity][0] for w in own)
-            assert abs(found - body.mass * (mp.conj(pull) * velocity).real) <= 1e-14 * body.mass
+            result = sum(w.mass * (mp.conj(pull) * mp.expj(w.direction)).real * gains[w.velocity][0] for w in own)
+            assert abs(result - body.mass * (mp.conj(pull) * velocity).real) <= 1e-14 * body.mass
         assert abs(sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses) - energy) <= 1e-18 * energy
 
 
@@ -120,13 +120,13 @@ def test_motion_energy_and_weight_are_those_of_the_bodies(mechanism: Mechanism) 
 def test_floats_keep_their_digits(mechanism: Mechanism) -> None:
     family = build(mechanism)
     angles = hard_angles(family.breakpoints[:: max(len(family.breakpoints) // 6, 1)])
-    found, true = walked(family, angles), build(exactly(mechanism))
+    result, true = walked(family, angles), build(exactly(mechanism))
     scale = {v.name: 1.0 if v.rotating else float(mechanism.geometry["crank.length"]) for v in family.velocities}
     for i, psi in enumerate(angles):
         exact = walked(true, mp.mpf(psi), mp)
         for name, unit in scale.items():
             for k in (0, 1):
-                value = np.broadcast_to(found[name][k], angles.shape)[i]
+                value = np.broadcast_to(result[name][k], angles.shape)[i]
                 assert abs(value - exact[name][k]) <= 1e-12 * max(abs(exact[name][k]), unit), (name, k, psi)
 
 
@@ -200,8 +200,10 @@ def searched(mechanism: Mechanism, port: str, sign: int, span: float, first: flo
     grid = first + np.linspace(0.0, span, 4001)
     best = grid[np.argmin(goal(grid))]
     step = span / 2000
-    found = minimize_scalar(goal, bounds=(max(best - step, first), min(best + step, first + span)), options={"xatol": 1e-12})
-    return -sign * min(float(found.fun), float(goal(best)))
+    result = minimize_scalar(
+        goal, bounds=(max(best - step, first), min(best + step, first + span)), options={"xatol": 1e-12}
+    )
+    return -sign * min(float(result.fun), float(goal(best)))
 
 
 def test_ends_of_an_offset_slider_crank_in_closed_form():
@@ -224,11 +226,11 @@ def test_ends_of_an_offset_slider_crank_in_closed_form():
     ids=lambda item: getattr(item, "type", item),
 )
 def test_ends_as_a_search_finds_them(mechanism, port):
-    found = stroke(mechanism, port)
-    wanted = [searched(mechanism, port, sign, 2 * np.pi) for sign in (-1, 1)]
-    assert found == pytest.approx(wanted, rel=1e-13, abs=1e-13)
-    assert found[0] <= wanted[0] + 1e-15
-    assert found[1] >= wanted[1] - 1e-15
+    result = stroke(mechanism, port)
+    expected = [searched(mechanism, port, sign, 2 * np.pi) for sign in (-1, 1)]
+    assert result == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    assert result[0] <= expected[0] + 1e-15
+    assert result[1] >= expected[1] - 1e-15
 
 
 @pytest.mark.parametrize("port", ["platen", "bell_crank", "coupler"])
@@ -236,9 +238,9 @@ def test_ends_along_a_stroke(port):
     scene = build_scene(tomllib.loads((STARTERS / "toggle-clamp.toml").read_text(encoding="utf-8")))
     mechanism = scene.mechanisms[0]
     first, last = mechanism.stroke
-    found = stroke(mechanism, port)
-    wanted = [searched(mechanism, port, sign, last - first, first) for sign in (-1, 1)]
-    assert found == pytest.approx(wanted, rel=1e-12)
+    result = stroke(mechanism, port)
+    expected = [searched(mechanism, port, sign, last - first, first) for sign in (-1, 1)]
+    assert result == pytest.approx(expected, rel=1e-12)
     assert ends_of(mechanism, port).before(True, 10.0) is None
 
 
@@ -258,12 +260,12 @@ def law(x: str) -> Mechanism:
 )
 def test_ends_of_laws(x, wanted):
     mechanism = law(x)
-    found = stroke(mechanism, "ram", {"s": 0.2})
+    result = stroke(mechanism, "ram", {"s": 0.2})
     phi = np.linspace(0, 2 * np.pi, 200_001)
     if wanted is None:
         values = 0.2 * np.sin(phi) + 0.05 * np.cos(3 * phi)
         wanted = values.min(), values.max()
-    assert found == pytest.approx(wanted, abs=1e-9)
+    assert result == pytest.approx(wanted, abs=1e-9)
 
 
 def linkage() -> dict[str, Any]:
@@ -276,8 +278,8 @@ def test_ends_of_a_linkage_as_a_search_finds_them():
     for port, made in family.ports.items():
         if not made.returns:
             continue
-        wanted = [searched(mechanism, port, sign, mechanism.travel) for sign in (-1, 1)]
-        assert stroke(mechanism, port) == pytest.approx(wanted, rel=1e-12, abs=1e-13)
+        expected = [searched(mechanism, port, sign, mechanism.travel) for sign in (-1, 1)]
+        assert stroke(mechanism, port) == pytest.approx(expected, rel=1e-12, abs=1e-13)
 
 
 def test_the_way_before_an_end():
@@ -427,17 +429,17 @@ def table(start: float, gain: float, rows: int = 13) -> Table:
 @pytest.mark.parametrize("start", [0.0, -1.0, 0.7, tau])
 @pytest.mark.parametrize("gain", [0.0, tau])
 def test_a_table_is_the_periodic_spline_from_wherever_it_starts(start: float, gain: float) -> None:
-    given = table(start, gain)
-    flat = given.value - gain * (given.angle - start) / tau
+    inputs = table(start, gain)
+    flat = inputs.value - gain * (inputs.angle - start) / tau
     flat[-1] = flat[0]
-    spline = CubicSpline(given.angle, flat, bc_type="periodic")
-    family = law_mechanism(given, rotating=gain != 0)
+    spline = CubicSpline(inputs.angle, flat, bc_type="periodic")
+    family = law_mechanism(inputs, rotating=gain != 0)
     psi = np.linspace(-9.0, 16.0, 401)
     first, second = walked(family, psi)["arm"]
     assert displacement(family, psi) == pytest.approx(spline(psi) + gain * (psi - start) / tau, abs=1e-12)
     assert first == pytest.approx(spline(psi, 1) + gain / tau, abs=1e-12)
     assert second == pytest.approx(spline(psi, 2), abs=1e-11)
-    assert family.breakpoints == pytest.approx(np.unique(np.round([0.0, *(given.angle[:-1] % tau)], 12)))
+    assert family.breakpoints == pytest.approx(np.unique(np.round([0.0, *(inputs.angle[:-1] % tau)], 12)))
     assert family.ports["arm"].returns is (gain == 0)
 
 
@@ -504,8 +506,8 @@ def test_gains_inertia_and_ports_are_those_of_the_poses(linkage: Linkage) -> Non
             rate, slope = gains.get(f"{link.name}.com.{name}", (0.0 * PSI, 0.0 * PSI))
             np.testing.assert_allclose(rate, centre.rate[axis], atol=1e-12)
             np.testing.assert_allclose(slope, centre.slope[axis], atol=1e-11)
-    found = sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses)
-    np.testing.assert_allclose(found, inertia, rtol=1e-13)
+    result = sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses)
+    np.testing.assert_allclose(result, inertia, rtol=1e-13)
     for port in family.ports.values():
         low, high = (port.position(family.position(PSI + h, np, PSI)) for h in (-1e-4, 1e-4))
         np.testing.assert_allclose((high - low) / 2e-4, gains[port.velocity][0], atol=2e-6)

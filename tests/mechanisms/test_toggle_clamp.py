@@ -138,8 +138,8 @@ def test_floats_agree_with_the_loop_equations_and_the_bodies(mechanism: Mechanis
         for k, name in enumerate(PORTS):
             value = family.ports[name].position(position)
             assert abs(value - true.x[k]) <= 1e-12, name
-            for found, exact in zip(gains[name], (true.rate[k], true.slope[k]), strict=True):
-                assert abs(found - exact) <= 1e-12 * max(1, abs(exact)), name
+            for result, exact in zip(gains[name], (true.rate[k], true.slope[k]), strict=True):
+                assert abs(result - exact) <= 1e-12 * max(1, abs(exact)), name
         assert gains["block"] == (1.0, 0.0)
         assert family.ports["block"].position(position) == psi
         centres, energy = true.centres(exactly(mechanism).bodies), mp.mpf(0)
@@ -147,9 +147,9 @@ def test_floats_agree_with_the_loop_equations_and_the_bodies(mechanism: Mechanis
             speed, spin = centres[name]
             energy += body.mass * abs(speed) ** 2 + body.inertia * spin**2
             own = [weight for weight in family.weights if weight.body == name]
-            found = sum(w.mass * (pull.conjugate() * np.exp(1j * w.direction)).real * gains[w.velocity][0] for w in own)
+            result = sum(w.mass * (pull.conjugate() * np.exp(1j * w.direction)).real * gains[w.velocity][0] for w in own)
             expected = body.mass * (mp.conj(mp.mpc(pull)) * speed).real
-            assert found == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
+            assert result == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
         assert sum(m.value * gains[m.velocity][0] ** 2 for m in family.masses) == pytest.approx(float(energy), rel=1e-13)
 
 
@@ -220,11 +220,11 @@ def test_cells_follow_the_motion(mechanism: Mechanism) -> None:
     edges = np.unique([*np.linspace(start, end, 5), *family.breakpoints])
     nodes, probes = np.cos(pi * (np.arange(17) + 0.5) / 17), np.linspace(-1.0, 1.0, 40)
     for low, high in pairwise(edges):
-        sampled, asked = (walked(family, 0.5 * (low + high + (high - low) * at)) for at in (nodes, probes))
+        sampled, request = (walked(family, 0.5 * (low + high + (high - low) * at)) for at in (nodes, probes))
         for name in PORTS:
             fit = np.polynomial.chebyshev.chebfit(nodes, sampled[name][0], 16)
-            gap = np.polynomial.chebyshev.chebval(probes, fit) - asked[name][0]
-            assert np.max(np.abs(gap)) <= 1e-7 * np.max(np.abs(asked[name][0])), (name, low, high)
+            gap = np.polynomial.chebyshev.chebval(probes, fit) - request[name][0]
+            assert np.max(np.abs(gap)) <= 1e-7 * np.max(np.abs(request[name][0])), (name, low, high)
 
 
 def test_cells_shorten_where_the_rod_nearly_stands_across() -> None:
@@ -256,11 +256,11 @@ def fault(**lengths: Any) -> Fault:
 
 def test_a_block_out_of_reach_is_refused_with_its_displacement() -> None:
     reach = sqrt((0.16763 + 0.095) ** 2 - 0.14**2)
-    found = fault(stroke=(-0.06, 0.23))
-    assert found.path == "mechanism.coupler.length"
-    assert found.defect == "0.095 m"
-    assert found.advice == f"the clamp locks where its block is at {reach:.6g} m"
-    least, most = (float(word) for word in found.expected.split() if word[0].isdigit())
+    result = fault(stroke=(-0.06, 0.23))
+    assert result.path == "mechanism.coupler.length"
+    assert result.defect == "0.095 m"
+    assert result.advice == f"the clamp locks where its block is at {reach:.6g} m"
+    least, most = (float(word) for word in result.expected.split() if word[0].isdigit())
     assert least == pytest.approx(hypot(0.14, 0.23) - 0.16763, abs=1e-9)
     assert most == pytest.approx(0.16763 + 0.14, abs=1e-9)
     build(clamp(coupler=least + 1e-6, stroke=(-0.06, 0.23)))
@@ -276,26 +276,26 @@ def test_a_stroke_that_ends_where_the_clamp_stretches_is_refused() -> None:
 
 def test_arms_that_fold_within_the_stroke_are_refused() -> None:
     fold = sqrt(0.15**2 - 0.1**2)
-    found = fault(height=0.1, drive=0.3, coupler=0.15, stroke=(-0.2, 0.2))
-    assert found.path == "mechanism.coupler.length"
-    assert found.expected == "between 0.2 and 0.4 m"
+    result = fault(height=0.1, drive=0.3, coupler=0.15, stroke=(-0.2, 0.2))
+    assert result.path == "mechanism.coupler.length"
+    assert result.expected == "between 0.2 and 0.4 m"
     build(clamp(height=0.1, drive=0.3, coupler=0.2 + 1e-6, stroke=(-0.2, 0.2)))
-    assert f"{-fold:.6g} and {fold:.6g} m" in found.advice
+    assert f"{-fold:.6g} and {fold:.6g} m" in result.advice
     assert "at 0 m" in fault(height=0.1, drive=0.25, coupler=0.15, stroke=(-0.2, 0.2)).advice.replace("-0", "0")
     assert "closes nowhere" in fault(height=0.1, drive=0.3, coupler=0.15, stroke=(-0.05, 0.05)).advice
 
 
 def test_a_drive_arm_too_short_for_the_stroke_is_refused() -> None:
-    found = fault(height=0.1, drive=0.03, coupler=0.12, stroke=(0.0, 0.2))
-    assert found.path == "mechanism.bell_crank.drive_length"
-    assert float(found.expected.split()[2]) == pytest.approx((hypot(0.1, 0.2) - 0.1) / 2)
+    result = fault(height=0.1, drive=0.03, coupler=0.12, stroke=(0.0, 0.2))
+    assert result.path == "mechanism.bell_crank.drive_length"
+    assert float(result.expected.split()[2]) == pytest.approx((hypot(0.1, 0.2) - 0.1) / 2)
 
 
 def test_a_rod_that_stands_across_is_refused_with_the_displacement() -> None:
-    found = fault(rod=0.1, angle=0.4, stroke=(-0.06, 0.19))
-    assert found.path == "mechanism.rod.length"
-    assert "longer than bell_crank.clamp_length = 0.22 m" in found.expected
-    (place,) = (float(word) for word in found.advice.split() if word[0] in "-0123456789")
+    result = fault(rod=0.1, angle=0.4, stroke=(-0.06, 0.19))
+    assert result.path == "mechanism.rod.length"
+    assert "longer than bell_crank.clamp_length = 0.22 m" in result.expected
+    (place,) = (float(word) for word in result.advice.split() if word[0] in "-0123456789")
     family = build(clamp(angle=0.4))
     assert abs(family.position(place, np).height) == pytest.approx(0.1, rel=1e-5)
     build(clamp(rod=0.1, angle=0.4, stroke=(place + 1e-5, 0.19)))
@@ -359,11 +359,11 @@ def lock_fault(kind: str, **lengths: float) -> Fault:
 
 
 def test_a_rod_shorter_than_the_crank_locks_four_times() -> None:
-    found = lock_fault("slider-crank", crank=0.5, rod=0.25)
-    assert found.path == "mechanism.rod.length"
-    assert found.defect == "0.25 m"
-    assert found.expected == "a rod longer than crank + |offset| = 0.5 m"
-    assert found.advice == "the crank locks at 30, 150, 210 and 330 deg"
+    result = lock_fault("slider-crank", crank=0.5, rod=0.25)
+    assert result.path == "mechanism.rod.length"
+    assert result.defect == "0.25 m"
+    assert result.expected == "a rod longer than crank + |offset| = 0.5 m"
+    assert result.advice == "the crank locks at 30, 150, 210 and 330 deg"
 
 
 @pytest.mark.parametrize(
@@ -387,8 +387,8 @@ def test_lengths_equal_but_for_rounding_lock() -> None:
 
 
 def test_a_shaper_with_crank_as_long_as_its_frame_locks_at_180() -> None:
-    found = lock_fault("crank-shaper", crank=0.3, frame=0.3, rocker=1.0)
-    assert found[:4] == (
+    result = lock_fault("crank-shaper", crank=0.3, frame=0.3, rocker=1.0)
+    assert result[:4] == (
         "mechanism.frame.length",
         "0.3 m",
         "a length other than crank.length = 0.3 m",
@@ -408,9 +408,9 @@ def test_a_shaper_with_crank_as_long_as_its_frame_locks_at_180() -> None:
     ],
 )
 def test_a_four_bar_names_the_bar_to_change(lengths: tuple[float, ...], path: str, where: str) -> None:
-    found = lock_fault("four-bar", **dict(zip(("ground", "crank", "coupler", "rocker"), lengths, strict=True)))
-    assert found.path == f"mechanism.{path}.length"
-    assert where in found.advice
+    result = lock_fault("four-bar", **dict(zip(("ground", "crank", "coupler", "rocker"), lengths, strict=True)))
+    assert result.path == f"mechanism.{path}.length"
+    assert where in result.advice
 
 
 LOCK_LENGTH = st.integers(1, 24).map(lambda n: n / 4)
@@ -483,10 +483,10 @@ def test_far_singularities_need_no_breakpoint() -> None:
     ],
 )
 def test_breakpoints_stand_about_the_near_lock(kind: str, geometry: dict[str, float], centres: list[float]) -> None:
-    found = np.array(build(Mechanism(kind, "m", geometry=geometry)).breakpoints)
-    assert np.all((found >= 0.0) & (found < tau) & (np.diff(found, append=7.0) > 0.0))
-    assert {c for c in (0.0, pi / 2, pi, 3 * pi / 2) if np.any(np.isclose(found, c))} == set(centres)
-    assert all(min(abs((angle - c + pi) % tau - pi) for c in centres) < 1.0 for angle in found)
+    result = np.array(build(Mechanism(kind, "m", geometry=geometry)).breakpoints)
+    assert np.all((result >= 0.0) & (result < tau) & (np.diff(result, append=7.0) > 0.0))
+    assert {c for c in (0.0, pi / 2, pi, 3 * pi / 2) if np.any(np.isclose(result, c))} == set(centres)
+    assert all(min(abs((angle - c + pi) % tau - pi) for c in centres) < 1.0 for angle in result)
 
 
 def test_a_hair_below_zero_stays_within_the_turn() -> None:

@@ -22,11 +22,11 @@ def shown(source, names):
 @pytest.mark.slow
 def test_every_cell_runs_and_shows_something():
     names: dict[str, object] = {}
-    found = [shown(cell, names) for cell in CELLS]
-    pages = [thing._repr_html_() for thing in found if hasattr(thing, "_repr_html_")]
+    result = [shown(cell, names) for cell in CELLS]
+    pages = [thing._repr_html_() for thing in result if hasattr(thing, "_repr_html_")]
     assert len(pages) == 7
     assert all(page and "<table" in page for page in pages)
-    assert "<svg" in found[-1]._repr_svg_()
+    assert "<svg" in result[-1]._repr_svg_()
 
 
 @pytest.mark.slow

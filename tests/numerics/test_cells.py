@@ -83,8 +83,8 @@ def test_crossings_find_roots_jumps_and_the_ends_of_zero_stretches():
     mesh = cells.cells(np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0]))
     phi = mesh.phi
     values = np.array([phi[0] - 0.3, 0 * phi[1], -1 + 0 * phi[2], 0 * phi[3], 2 + 0 * phi[4]])
-    found = cells.crossings(cells.fit(values)[None], np.full((1, 1), 1e-12))
-    assert_allclose(found.angles(mesh), [0.3, 2.0, 4.0], atol=1e-14)
+    result = cells.crossings(cells.fit(values)[None], np.full((1, 1), 1e-12))
+    assert_allclose(result.angles(mesh), [0.3, 2.0, 4.0], atol=1e-14)
 
 
 def test_jumps_stand_at_the_edges_themselves():
@@ -92,17 +92,17 @@ def test_jumps_stand_at_the_edges_themselves():
     edges = np.concatenate(([0.0], np.cumsum(0.1 + 0.07 * (np.arange(41) % 7))))
     mesh = cells.cells(edges)
     steps = np.where(np.arange(41) % 2, 1.0, -1.0)[:, None] + 0 * mesh.phi
-    found = cells.crossings(cells.fit(steps)[None], np.full((1, 1), 1e-12))
+    result = cells.crossings(cells.fit(steps)[None], np.full((1, 1), 1e-12))
     assert (mesh.middle[:-1, 0] + mesh.half[:-1, 0] != edges[1:-1]).any()
-    assert found.angles(mesh).tolist() == edges[1:-1].tolist()
+    assert result.angles(mesh).tolist() == edges[1:-1].tolist()
 
 
 def test_crossings_keep_functions_apart_and_in_order():
     mesh, series = fitted(np.sin, np.linspace(0.0, 10.0, 8))
     other = cells.fit(np.cos(mesh.phi))
-    found = cells.crossings(np.stack((series, other)), np.full((2, 1), 1e-14))
-    assert_allclose(found.angles(mesh)[found.function == 0], np.pi * np.arange(1, 4), atol=1e-14)
-    assert_allclose(found.angles(mesh)[found.function == 1], np.pi * (np.arange(3) + 0.5), atol=1e-14)
+    result = cells.crossings(np.stack((series, other)), np.full((2, 1), 1e-14))
+    assert_allclose(result.angles(mesh)[result.function == 0], np.pi * np.arange(1, 4), atol=1e-14)
+    assert_allclose(result.angles(mesh)[result.function == 1], np.pi * (np.arange(3) + 0.5), atol=1e-14)
 
 
 def test_two_crossings_between_two_grid_points_are_found():
@@ -113,14 +113,14 @@ def test_two_crossings_between_two_grid_points_are_found():
         return (x - centre) ** 2 - close**2
 
     mesh, series = fitted(dip, np.array([-0.5, 1.5]))
-    found = cells.crossings(series[None], np.full((1, 1), 1e-15))
-    assert_allclose(found.angles(mesh), [centre - close, centre + close], atol=1e-13)
+    result = cells.crossings(series[None], np.full((1, 1), 1e-15))
+    assert_allclose(result.angles(mesh), [centre - close, centre + close], atol=1e-13)
 
 
 def test_crossings_on_both_sides_of_a_grid_point_are_found_once():
     mesh, series = fitted(lambda x: (x - 0.5) ** 2 - 1e-6, np.array([-0.5, 1.5]))
-    found = cells.crossings(series[None], np.full((1, 1), 1e-15))
-    assert_allclose(found.angles(mesh), [0.499, 0.501], atol=1e-12)
+    result = cells.crossings(series[None], np.full((1, 1), 1e-15))
+    assert_allclose(result.angles(mesh), [0.499, 0.501], atol=1e-12)
 
 
 def test_bisecting_cuts_only_the_chosen_cells():
@@ -140,9 +140,9 @@ def test_bisecting_cuts_only_the_chosen_cells():
 )
 def test_greatest_values_lie_at_ends_or_where_the_slope_is_zero(function, value):
     mesh = cells.cells(np.linspace(0, 2 * np.pi, 9))
-    found = cells.greatest(cells.fit(function(mesh.phi)))
+    result = cells.greatest(cells.fit(function(mesh.phi)))
     fine = function(np.linspace(0, 2 * np.pi, 200_001)).max() if value is None else value
-    assert found == pytest.approx(fine, rel=1e-9, abs=1e-13)
+    assert result == pytest.approx(fine, rel=1e-9, abs=1e-13)
 
 
 def test_the_greatest_value_may_stand_at_a_jump():
@@ -162,12 +162,12 @@ def test_angles_are_located_in_their_cells():
 @pytest.mark.parametrize("terms", [cells.ORDER, cells.ORDER + 1])
 def test_polynomials_at_few_abscissas_and_at_many_are_those_of_chebyshev(count, terms):
     t = np.cos(np.linspace(0.0, np.pi, count))
-    found = cells.basis(t, terms)
-    assert_allclose(found, np.polynomial.chebyshev.chebvander(t, terms - 1), rtol=0, atol=2e-14)
-    assert found[0].tolist() == [1.0] * terms
+    result = cells.basis(t, terms)
+    assert_allclose(result, np.polynomial.chebyshev.chebvander(t, terms - 1), rtol=0, atol=2e-14)
+    assert result[0].tolist() == [1.0] * terms
     twice = cells.basis(np.stack((t, t)), terms)
     assert twice.shape == (2, count, terms)
-    assert_allclose(twice[1], found, rtol=0, atol=4e-14)
+    assert_allclose(twice[1], result, rtol=0, atol=4e-14)
 
 
 def test_extents_are_those_of_a_fine_grid():
@@ -214,42 +214,42 @@ def changes(jacobian, by_parameter=None, rest=None, at_ends=None):
 
 
 def test_a_small_change_grows_by_the_integral_of_the_slope():
-    found = changes(lambda phi: [[np.cos(phi)]])
-    assert_allclose(found.start[:, 0, :, 0], np.exp(np.sin(MESH.phi)), rtol=1e-14)
-    assert_allclose(1 + found.edge_start[:, 0, 0], np.exp(np.sin(MESH.edges)), rtol=1e-14)
+    result = changes(lambda phi: [[np.cos(phi)]])
+    assert_allclose(result.start[:, 0, :, 0], np.exp(np.sin(MESH.phi)), rtol=1e-14)
+    assert_allclose(1 + result.edge_start[:, 0, 0], np.exp(np.sin(MESH.edges)), rtol=1e-14)
 
 
 def test_a_parameter_acts_from_where_the_cycle_begins():
-    found = changes(lambda phi: [[np.cos(phi)]], lambda phi: [[np.cos(phi), 2 * np.cos(phi)]])
+    result = changes(lambda phi: [[np.cos(phi)]], lambda phi: [[np.cos(phi), 2 * np.cos(phi)]])
     true = np.exp(np.sin(MESH.phi)) - 1
-    assert_allclose(found.by[:, 0, :, 0], true, rtol=1e-13, atol=1e-14)
-    assert_allclose(found.by[:, 0, :, 1], 2 * true, rtol=1e-13, atol=1e-14)
-    assert_allclose(found.edge_by[:, 0, 0], np.exp(np.sin(MESH.edges)) - 1, rtol=1e-13, atol=1e-14)
+    assert_allclose(result.by[:, 0, :, 0], true, rtol=1e-13, atol=1e-14)
+    assert_allclose(result.by[:, 0, :, 1], 2 * true, rtol=1e-13, atol=1e-14)
+    assert_allclose(result.edge_by[:, 0, 0], np.exp(np.sin(MESH.edges)) - 1, rtol=1e-13, atol=1e-14)
 
 
 @pytest.mark.parametrize("rate", [0.0, -0.8, 1.3])
 def test_what_an_iterate_misses_is_carried_from_cell_to_cell(rate):
     left = MESH.edges[:-1]
     missed = np.sin(MESH.phi) - np.sin(left)[:, None]
-    found = changes(lambda phi: [[rate]], None, missed[:, None, :], np.diff(np.sin(MESH.edges))[:, None])
+    result = changes(lambda phi: [[rate]], None, missed[:, None, :], np.diff(np.sin(MESH.edges))[:, None])
 
     def true(phi):  # z' = rate z + cos phi, z(0) = 0
         return (np.sin(phi) - rate * np.cos(phi) + rate * np.exp(rate * phi)) / (1 + rate**2)
 
-    assert_allclose(found.rest[:, 0], true(MESH.phi), rtol=1e-12, atol=1e-13)
-    assert_allclose(found.edge_rest[:, 0], true(MESH.edges), rtol=1e-12, atol=1e-13)
+    assert_allclose(result.rest[:, 0], true(MESH.phi), rtol=1e-12, atol=1e-13)
+    assert_allclose(result.edge_rest[:, 0], true(MESH.edges), rtol=1e-12, atol=1e-13)
 
 
 def test_two_states_grow_together():
     matrix = np.array([[-0.3, 1.2], [-2.0, -0.1]])
-    found = changes(lambda phi: matrix, lambda phi: matrix[:, :1])
+    result = changes(lambda phi: matrix, lambda phi: matrix[:, :1])
     for k, phi in enumerate(MESH.edges):
-        assert_allclose(np.eye(2) + found.edge_start[k], expm(matrix * phi), rtol=1e-13, atol=1e-13)
+        assert_allclose(np.eye(2) + result.edge_start[k], expm(matrix * phi), rtol=1e-13, atol=1e-13)
         # the column of the first state as a parameter: (exp - 1) (1, 0)
-        assert_allclose(found.edge_by[k][:, 0], (expm(matrix * phi) - np.eye(2))[:, 0], rtol=1e-12, atol=1e-13)
+        assert_allclose(result.edge_by[k][:, 0], (expm(matrix * phi) - np.eye(2))[:, 0], rtol=1e-12, atol=1e-13)
     inner = np.array([[expm(matrix * phi) for phi in cell] for cell in MESH.phi])
-    assert_allclose(np.moveaxis(found.start, 2, 1), inner, rtol=1e-12, atol=1e-13)
-    grown, _ = cells.multiplier(found)
+    assert_allclose(np.moveaxis(result.start, 2, 1), inner, rtol=1e-12, atol=1e-13)
+    grown, _ = cells.multiplier(result)
     assert grown == pytest.approx(np.exp(-0.2 * 4.0), rel=1e-13)  # a pair of conjugates: half the trace
 
 
@@ -283,10 +283,10 @@ def round_cycle(rate, gap=0.3):
 
 @pytest.mark.parametrize("rate", [0.4, -0.4, 4.0, -4.0, 7.0])
 def test_a_cycle_closes_whichever_way_it_is_followed(rate):
-    found = round_cycle(lambda phi: rate)
-    base = -found.around[0, -1] / found.around[0, 0]
-    edges = base * (1.0 + found.edge_start[:, 0, 0]) + found.edge_rest[:, 0]
-    nodes = base * found.start[:, 0, :, 0] + found.rest[:, 0]
+    result = round_cycle(lambda phi: rate)
+    base = -result.around[0, -1] / result.around[0, 0]
+    edges = base * (1.0 + result.edge_start[:, 0, 0]) + result.edge_rest[:, 0]
+    nodes = base * result.start[:, 0, :, 0] + result.rest[:, 0]
 
     def true(phi):  # z' = rate z + 1, z(4) = z(0) - 0.3
         from_end = np.exp(rate * (phi - 4.0)) / -np.expm1(-4.0 * rate)
@@ -336,8 +336,8 @@ def integral(text, a=0.0, b=TURN, most=10_000):
 
 @pytest.mark.parametrize(("place", "width"), sample([(0.7123, 1e-5), (2.0, 1e-1), (5.5, 1e-2), (2.0, 1e-3)], 4))
 def test_no_peak_is_missed(place, width):
-    found = integral(f"sin(phi) + 100*exp(-((phi - {place})/{width})**2)", most=120)
-    assert found == pytest.approx(100 * width * np.sqrt(np.pi), rel=1e-6, abs=1e-14)
+    result = integral(f"sin(phi) + 100*exp(-((phi - {place})/{width})**2)", most=120)
+    assert result == pytest.approx(100 * width * np.sqrt(np.pi), rel=1e-6, abs=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -449,8 +449,8 @@ def switch_env_value(phi, anchor=None):
     return {"phi": phi}
 
 
-def found(text, a=0.0, b=TURN, known=()):
-    return breakpoints(parse(text), a, b, switch_env, switch_env_value, known)
+def found(text, a=0.0, b=TURN, reference=()):
+    return breakpoints(parse(text), a, b, switch_env, switch_env_value, reference)
 
 
 def found_roots(text, a, b):
@@ -547,7 +547,7 @@ def test_breakpoints_of_expressions(text, expected):
 
 
 def test_known_angles_are_not_repeated():
-    assert found("max(sin(phi), 0)*(phi > 1)", known=[np.pi]) == [1.0]
+    assert found("max(sin(phi), 0)*(phi > 1)", reference=[np.pi]) == [1.0]
 
 
 def test_hundreds_of_switches_are_found_and_far_too_many_refused():
@@ -665,11 +665,11 @@ def windows(count, **load):
     "load", sample([{"force": "-1 kN", "while": "v > 0"}, {"force": "-1 kN"}, {"force": "-1000 - 9*v"}], 3)
 )
 def test_stepping_asks_only_the_loads_that_act(load, monkeypatch):
-    asked = []
+    request = []
     law = Effort.__call__
-    monkeypatch.setattr(Effort, "__call__", lambda self, here, anchor: asked.append(here.q) or law(self, here, anchor))
+    monkeypatch.setattr(Effort, "__call__", lambda self, here, anchor: request.append(here.q) or law(self, here, anchor))
     cost = flywheel.size(flywheel.load(windows(5, **load)), 1e-4).cost
-    assert sum(isinstance(q, float) for q in asked) < 3 * cost.evaluations  # a load, the drive, and what searches look at
+    assert sum(isinstance(q, float) for q in request) < 3 * cost.evaluations  # a load, the drive, and what searches look at
 
 
 def test_a_long_table_takes_memory_for_its_rows_and_no_grids():
@@ -694,8 +694,8 @@ def test_designs_whose_dead_centres_are_known_are_searched_for_none():
 
 @pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, -2.5e17, -0.0, math.pi])
 def test_a_number_is_read_back_to_the_last_bit(value):
-    found = float(parse(f"1*{expression_of(value)}").evaluate({}, np))
-    assert (found, math.copysign(1, found)) == (value, math.copysign(1, value))
+    result = float(parse(f"1*{expression_of(value)}").evaluate({}, np))
+    assert (result, math.copysign(1, result)) == (value, math.copysign(1, value))
     assert float(compiled("3 - {k}", k=value).evaluate({}, np)) == 3.0 - value
 
 

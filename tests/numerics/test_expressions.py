@@ -379,8 +379,8 @@ def test_switches_come_inner_ones_first(text, switches):
 
 
 def test_branch_points():
-    found = parse("sqrt(sin(phi)) + x**0.5 + x**3 + asin(phi)").branch_points()
-    assert [part.text for part in found] == ["sin(phi)", "x", "1 - phi", "1 + phi"]
+    result = parse("sqrt(sin(phi)) + x**0.5 + x**3 + asin(phi)").branch_points()
+    assert [part.text for part in result] == ["sin(phi)", "x", "1 - phi", "1 + phi"]
 
 
 def test_a_long_series_is_not_a_deep_tree():
@@ -450,8 +450,8 @@ PLACES = np.array([0.37, 0.81, 1.3, 1.95, 2.6, 3.4, 4.4, 5.7])  # away from wher
 def test_derivatives_agree_with_mpmath(law):
     jet = parse(law).evaluate({"phi": Jet(PLACES, 1.0, 0.0)}, JETS)
     expected = np.transpose([derivatives(law, phi) for phi in PLACES])
-    for found, row in zip((jet.value, jet.first, jet.second), expected, strict=True):
-        assert np.broadcast_to(found, PLACES.shape) == pytest.approx(row, rel=1e-11, abs=1e-11)
+    for result, row in zip((jet.value, jet.first, jet.second), expected, strict=True):
+        assert np.broadcast_to(result, PLACES.shape) == pytest.approx(row, rel=1e-11, abs=1e-11)
 
 
 @pytest.mark.parametrize("law", LAWS)

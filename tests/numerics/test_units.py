@@ -316,9 +316,9 @@ def test_a_unit_belongs_to_numbers_alone():
 
 @pytest.mark.parametrize("value", [[1, 2], (1.0, 2.0), np.array([1, 2]), [mp.mpf(1), Fraction(2)]])
 def test_arrays_of_numbers(value):
-    found = array("q", value)
-    assert found.dtype == float
-    assert found.tolist() == [1.0, 2.0]
+    result = array("q", value)
+    assert result.dtype == float
+    assert result.tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize(
@@ -366,12 +366,12 @@ def test_no_digit_stands_beyond_the_error(sign: float) -> None:
 
 def check_digits(value: float, relative: float) -> None:
     error = relative * abs(value)
-    shown = figure(value, error)
-    digits = shown.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+    output = figure(value, error)
+    digits = output.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
     assert len(digits) <= 10
-    assert abs(float(shown) - value) <= 5.5 * max(error, 1e-10 * abs(value))
-    exponent = float(shown.partition("e")[2] or 0)
-    decimals = len(shown.partition("e")[0].partition(".")[2])
+    assert abs(float(output) - value) <= 5.5 * max(error, 1e-10 * abs(value))
+    exponent = float(output.partition("e")[2] or 0)
+    decimals = len(output.partition("e")[0].partition(".")[2])
     if decimals:
         assert 10.0 ** (exponent - decimals) >= 0.9 * error
 
@@ -441,11 +441,11 @@ def true_values(expression):
 def test_what_overflows_inside_is_right_outside(text, steepness):
     expression = parse(text.format(k=steepness))
     true = true_values(expression)
-    found = np.broadcast_to(expression.evaluate({"phi": PLACES}, np), PLACES.shape)
+    result = np.broadcast_to(expression.evaluate({"phi": PLACES}, np), PLACES.shape)
     rounding = 1e-15 * float(steepness) * 3  # of the exponent
-    assert np.all(np.abs(found - true) <= (1e-13 + min(rounding, 1e-3)) * (np.abs(true) + 1e-3))
+    assert np.all(np.abs(result - true) <= (1e-13 + min(rounding, 1e-3)) * (np.abs(true) + 1e-3))
     jet = expression.evaluate({"phi": Jet(PLACES, 1.0)}, jet_namespace(np))
-    assert np.allclose(jet.value, found, rtol=1e-12 + rounding, atol=1e-12)
+    assert np.allclose(jet.value, result, rtol=1e-12 + rounding, atol=1e-12)
     assert np.isfinite(jet.first).all()
     bounds = expression.evaluate({"phi": Interval(PLACES - 1e-9, PLACES + 1e-9)}, intervals.NAMESPACE)
     assert np.all((bounds.lo <= true) & (true <= bounds.hi))

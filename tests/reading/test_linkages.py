@@ -117,9 +117,9 @@ def scene(text: str) -> Scene:
 
 
 def linkage(text: str) -> Linkage:
-    found = scene(text).mechanisms[0].linkage
-    assert found is not None
-    return found
+    result = scene(text).mechanisms[0].linkage
+    assert result is not None
+    return result
 
 
 def changed(text: str, path: str, value: Any) -> dict[str, Any]:
@@ -147,21 +147,21 @@ def faults(tree: dict[str, Any]) -> dict[str, str]:
 
 
 def test_bodies():
-    found = linkage(FOUR_BAR)
-    assert found.names == ("frame", "crank", "coupler", "rocker")
-    assert found.ground == Link("frame", (Point("origin"), Point("O"), Point("D", 0.4)))
+    result = linkage(FOUR_BAR)
+    assert result.names == ("frame", "crank", "coupler", "rocker")
+    assert result.ground == Link("frame", (Point("origin"), Point("O"), Point("D", 0.4)))
     crank = (Point("origin"), Point("B", 0.1))
-    assert found.link("crank") == Link("crank", crank, 2.0, 0.01, (0.05, 0.01))
-    assert found.link("coupler").guess == pytest.approx(math.pi / 3, rel=1e-15)
-    assert found.link("rocker").com == (0.0, 0.0)
+    assert result.link("crank") == Link("crank", crank, 2.0, 0.01, (0.05, 0.01))
+    assert result.link("coupler").guess == pytest.approx(math.pi / 3, rel=1e-15)
+    assert result.link("rocker").com == (0.0, 0.0)
 
 
 def test_joints_driver_and_assembly():
-    found = linkage(FOUR_BAR)
-    assert found.joint("B") == Joint("B", "pin", "crank", "coupler", Point("B", 0.1), Point("B"), friction=0.1, radius=0.01)
-    assert (found.driver, found.path, found.sliding) == ("O", "mechanism", False)
-    assert found.start == pytest.approx(math.pi / 18, rel=1e-15)
-    assert found.sides == (Side(("coupler", "C"), ("crank", "B"), ("frame", "D"), 1),)
+    result = linkage(FOUR_BAR)
+    assert result.joint("B") == Joint("B", "pin", "crank", "coupler", Point("B", 0.1), Point("B"), friction=0.1, radius=0.01)
+    assert (result.driver, result.path, result.sliding) == ("O", "mechanism", False)
+    assert result.start == pytest.approx(math.pi / 18, rel=1e-15)
+    assert result.sides == (Side(("coupler", "C"), ("crank", "B"), ("frame", "D"), 1),)
     assert scene(FOUR_BAR).mechanisms[0].points == (PointPort("tip", "rocker", "E", math.pi / 2),)
 
 
@@ -175,14 +175,14 @@ def test_a_slide_with_everything():
 
 @pytest.mark.parametrize("kind", ["pin-in-slot", "fixed"])
 def test_the_other_joints(kind):
-    found = linkage_of(changed(SLIDER, "joints/2", {"name": "C", "type": kind, "between": ["rod.C", "ram.origin"]}))
-    assert found.joint("C").kind == kind
+    result = linkage_of(changed(SLIDER, "joints/2", {"name": "C", "type": kind, "between": ["rod.C", "ram.origin"]}))
+    assert result.joint("C").kind == kind
 
 
 def linkage_of(tree: dict[str, Any]) -> Linkage:
-    found = build_scene(tree).mechanisms[0].linkage
-    assert found is not None
-    return found
+    result = build_scene(tree).mechanisms[0].linkage
+    assert result is not None
+    return result
 
 
 @pytest.mark.parametrize(
@@ -237,10 +237,10 @@ def test_a_lift_by_table_is_laid_end_to_end():
     lift = {"angle": [0, 45, 90, 135, 180], "value": [0, 3, 6, 3, 0], "angle_unit": "deg", "value_unit": "mm"}
     tree = changed(GEARED, "couplings/1/table", lift)
     del tree["mechanism"]["couplings"][1]["lift"]
-    found = linkage_of(tree).couplings[1].lift
-    assert found is not None
+    result = linkage_of(tree).couplings[1].lift
+    assert result is not None
     angle = np.radians([45.0, 225.0, 90.0, 270.0])
-    assert found.curve.jet(angle, angle, np).value == pytest.approx([0.003, 0.003, 0.006, 0.006], rel=1e-12)
+    assert result.curve.jet(angle, angle, np).value == pytest.approx([0.003, 0.003, 0.006, 0.006], rel=1e-12)
 
 
 def test_a_swinging_follower_has_a_lift_in_rad():
@@ -262,14 +262,14 @@ def test_teeth_make_the_ratio_whichever_way_the_pins_count(ends, internal, ratio
     gear = {"type": "gear", "between": ["O", "P"], "teeth": [20, 40], "name": "pair"}
     tree = changed(GEARED, "couplings/0", gear if internal is None else gear | {"internal": internal})
     tree["mechanism"]["joints"][1]["between"] = ends
-    found = linkage_of(tree).couplings[0]
-    assert (found.name, found.ratio, found.phase) == ("pair", ratio, 0.0)
+    result = linkage_of(tree).couplings[0]
+    assert (result.name, result.ratio, result.phase) == ("pair", ratio, 0.0)
 
 
 def test_a_rolling_pair():
     rolling = {"type": "rolling", "between": ["P", "guide"], "ratio": "-50 mm", "phase": "0.1 m"}
-    found = linkage_of(changed(GEARED, "couplings/1", rolling)).couplings[1]
-    assert found == Coupling("P-guide", "rolling", "P", "guide", -0.05, 0.1)
+    result = linkage_of(changed(GEARED, "couplings/1", rolling)).couplings[1]
+    assert result == Coupling("P-guide", "rolling", "P", "guide", -0.05, 0.1)
 
 
 def on_a_stroke(**changes: Any) -> dict[str, Any]:
@@ -295,8 +295,8 @@ def test_a_driver_that_slides_needs_a_stroke_of_its_own():
     assert "from and to" in faults(tree)["stroke"]
     both = table(SLIDER)
     both["mechanism"] = [tree["mechanism"] | {"name": "a"}, table(FOUR_BAR)["mechanism"] | {"name": "b"}]
-    found = faults(both)
-    assert "[stroke]" in found["mechanism[0].driver"]
+    result = faults(both)
+    assert "[stroke]" in result["mechanism[0].driver"]
 
 
 @pytest.mark.parametrize(
@@ -443,8 +443,8 @@ GEAR, ROLLING = {"type": "gear", "between": ["O", "P"]}, {"type": "rolling", "be
 )
 def test_faults_of_gears_and_rolling_pairs(pair, where, hint):
     place = 0 if pair["type"] == "gear" else 1
-    found = faults(changed(GEARED, f"couplings/{place}", pair))
-    assert hint in found[f"mechanism.couplings[{place}].{where}"]
+    result = faults(changed(GEARED, f"couplings/{place}", pair))
+    assert hint in result[f"mechanism.couplings[{place}].{where}"]
 
 
 @pytest.mark.parametrize(
@@ -479,8 +479,8 @@ def test_a_slide_may_be_called_as_its_body_if_that_cannot_turn():
 
 def test_only_the_driven_body_may_be_called_crank():
     swapped = FOUR_BAR.replace("crank", "arm").replace("rocker", "crank")
-    found = faults(table(swapped))
-    assert "another name" in found["mechanism.bodies.crank"]
+    result = faults(table(swapped))
+    assert "another name" in result["mechanism.bodies.crank"]
 
 
 def test_a_driver_has_no_guess():
@@ -547,13 +547,13 @@ def test_examples_of_the_reference_are_free_of_faults(fragment):
     bodies: dict[str, Any] = {}
     for body, _, name in (point.partition(".") for point in points):
         bodies.setdefault(body, {}).setdefault("points", {})[name] = [0, 0]
-    known = read_bodies(bodies | fragment.get("bodies", {}), "bodies", faults)
+    reference = read_bodies(bodies | fragment.get("bodies", {}), "bodies", faults)
     if "joints" in fragment:
-        read_joints(fragment["joints"], "joints", known, faults)
+        read_joints(fragment["joints"], "joints", reference, faults)
     kinds = {"O": "pin", "P": "pin", "Q": "pin", "lever": "pin", "pinion": "pin", "ram": "slide", "rack": "slide"}
     named = {name: Joint(name, kind, "frame", name, Point("O"), Point("O")) for name, kind in kinds.items()}
     setting = Setting(1.0, {"crank": 1.0}, {}, frozenset(), None, faults)
-    couplings = read_couplings(fragment.get("couplings", ()), "couplings", known, Joints(named, {}, True), setting)
+    couplings = read_couplings(fragment.get("couplings", ()), "couplings", reference, Joints(named, {}, True), setting)
     assert [str(fault) for fault in faults] == []
     assert len(couplings) == len(fragment.get("couplings", []))
 

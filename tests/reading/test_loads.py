@@ -234,9 +234,9 @@ def test_a_name_that_is_a_shaft_and_a_port_is_ambiguous():
 
 def test_a_mechanism_of_unknown_type_hides_its_ports():
     base = PRESS.replace("slider-crank", "slidercrank")
-    found = load_fault("on = 'slider'\nforce = 3", base)
-    assert list(found) == ["mechanism.type"]
-    assert '"slider-crank"' in found["mechanism.type"]
+    result = load_fault("on = 'slider'\nforce = 3", base)
+    assert list(result) == ["mechanism.type"]
+    assert '"slider-crank"' in result["mechanism.type"]
 
 
 def test_dampers_take_the_dimension_of_their_place():
@@ -703,8 +703,8 @@ def test_a_model_stands_alone_and_its_window_may_be_faulty():
 
 
 def test_keys_are_told_of_although_the_place_is_wrong():
-    found = faults_of({"type": "punch", "diametre": "30 mm"}, "slidr")
-    assert set(found) == {"load[0].on", "load[0].model.diametre"}
+    result = faults_of({"type": "punch", "diametre": "30 mm"}, "slidr")
+    assert set(result) == {"load[0].on", "load[0].model.diametre"}
 
 
 def test_a_model_named_by_a_text_is_a_table_to_be():
@@ -720,5 +720,5 @@ def test_a_mechanism_that_locks_is_told_once():
 def test_a_port_that_does_not_come_back_has_no_end():
     bars = {"ground": 1.0, "crank": 3.0, "coupler": 3.5, "rocker": 4.0}
     base = {"mechanism": {"type": "four-bar"} | {name: {"length": length} for name, length in bars.items()}}
-    found = faults_of({"type": "press", "energy": 10, "angle": 0.3}, "rocker", base)
-    assert "does not come back" in found["load[0].model"]
+    result = faults_of({"type": "press", "energy": 10, "angle": 0.3}, "rocker", base)
+    assert "does not come back" in result["load[0].model"]

@@ -31,8 +31,8 @@ def mechanisms(text: str, regime: str = "") -> tuple[Mechanism, ...]:
 
 
 def mechanism(text: str, regime: str = "") -> Mechanism:
-    (found,) = mechanisms("[mechanism]\n" + text, regime)
-    return found
+    (result,) = mechanisms("[mechanism]\n" + text, regime)
+    return result
 
 
 def faults(text: str, regime: str = "") -> dict[str, str]:
@@ -43,11 +43,11 @@ def faults(text: str, regime: str = "") -> dict[str, str]:
 
 @pytest.mark.parametrize("kind", GOOD)
 def test_bodies_and_geometry_have_defaults(kind):
-    found = mechanism(f"type = '{kind}'\n{GOOD[kind]}")
-    assert (found.name, found.shaft, found.phase, found.path) == (kind, "crank", 0.0, "mechanism")
-    assert set(found.bodies) == {part.name for part in KINDS[kind].parts if part.body}
-    assert all(body == Body() for body in found.bodies.values())
-    assert set(found.geometry) == {f"{part.name}.{key.name}" for part in KINDS[kind].parts for key in part.geometry}
+    result = mechanism(f"type = '{kind}'\n{GOOD[kind]}")
+    assert (result.name, result.shaft, result.phase, result.path) == (kind, "crank", 0.0, "mechanism")
+    assert set(result.bodies) == {part.name for part in KINDS[kind].parts if part.body}
+    assert all(body == Body() for body in result.bodies.values())
+    assert set(result.geometry) == {f"{part.name}.{key.name}" for part in KINDS[kind].parts for key in part.geometry}
 
 
 @pytest.mark.parametrize(
@@ -73,9 +73,9 @@ def test_bodies_and_geometry_have_defaults(kind):
 )
 def test_other_words_of_the_trade_lead_to_the_key(kind, key, word, advice):
     text = f"[mechanism]\ntype = '{kind}'\n{GOOD[kind].replace(f'{key}.', f'{word}.')}"
-    found = faults(text)
-    assert list(found) == [f"mechanism.{word}"]  # and no line for the key that is missing
-    assert advice in found[f"mechanism.{word}"]
+    result = faults(text)
+    assert list(result) == [f"mechanism.{word}"]  # and no line for the key that is missing
+    assert advice in result[f"mechanism.{word}"]
 
 
 @pytest.mark.parametrize(
@@ -116,9 +116,9 @@ def test_another_name_of_a_type_leads_to_it(word):
     ],
 )
 def test_a_key_under_another_name_gives_one_line(table, path, advice):
-    found = faults(f"[mechanism]\ntype = 'slider-crank'\n{table}")
-    assert list(found) == [path]
-    assert found[path].split("; ")[1].endswith(advice)
+    result = faults(f"[mechanism]\ntype = 'slider-crank'\n{table}")
+    assert list(result) == [path]
+    assert result[path].split("; ")[1].endswith(advice)
 
 
 @pytest.mark.parametrize(("kind", "own", "alias"), [("four-bar", "ground", "frame"), ("crank-shaper", "frame", "ground")])
@@ -188,7 +188,7 @@ def test_a_law_in_another_notation_is_shown_as_it_is_written_here(law, advice):
 
 
 def test_everything_about_a_slider_crank():
-    found = mechanism("""
+    result = mechanism("""
 type = "slider-crank"
 name = "press"
 phase = "30 deg"
@@ -196,9 +196,9 @@ crank = {length = "100 mm", mass = 3, inertia = 0.02, com = "1 cm", com_angle = 
 rod = {length = "0.4 m", mass = 4, inertia = 0.1, com = 0.15}
 slider = {mass = "20 kg", offset = "-20 mm"}
 """)
-    assert found.geometry == {"crank.length": 0.1, "rod.length": 0.4, "slider.offset": -0.02}
-    assert found.bodies == {"crank": Body(3.0, 0.02, 0.01, math.pi), "rod": Body(4.0, 0.1, 0.15), "slider": Body(20.0)}
-    assert (found.name, found.phase) == ("press", pytest.approx(math.pi / 6, rel=1e-15))
+    assert result.geometry == {"crank.length": 0.1, "rod.length": 0.4, "slider.offset": -0.02}
+    assert result.bodies == {"crank": Body(3.0, 0.02, 0.01, math.pi), "rod": Body(4.0, 0.1, 0.15), "slider": Body(20.0)}
+    assert (result.name, result.phase) == ("press", pytest.approx(math.pi / 6, rel=1e-15))
 
 
 def test_four_bar_assembly_and_yoke_direction():
@@ -293,12 +293,14 @@ def law_faults(outputs: str, regime: str = "", shaft: str = "") -> dict[str, str
 
 
 def test_outputs_by_expression():
-    found = law("outputs.ram = {x = '0.1*cos(phi)', mass = 3}\noutputs.arm = {theta = '0.2*sin(phi)', inertia = '2 kg m^2'}")
-    ram, arm = found.outputs
+    result = law(
+        "outputs.ram = {x = '0.1*cos(phi)', mass = 3}\noutputs.arm = {theta = '0.2*sin(phi)', inertia = '2 kg m^2'}"
+    )
+    ram, arm = result.outputs
     assert isinstance(ram.law, Expression)
     assert (ram.name, ram.rotating, ram.inertia) == ("ram", False, 3.0)
     assert (arm.name, arm.rotating, arm.inertia) == ("arm", True, 2.0)
-    assert found.period == TURN
+    assert result.period == TURN
 
 
 @pytest.mark.parametrize(
@@ -330,8 +332,8 @@ def test_faulty_outputs(outputs, path):
 
 def test_a_balance_cannot_shape_a_law():
     text = "parameters.R = 'balance'\n[[load]]\non = 'crank'\ntorque = 'R'"
-    found = faults(f"{text}\n[mechanism]\ntype = 'law'\noutputs.ram = {{x = 'R*cos(phi)'}}")
-    assert "geometry" in found["mechanism.outputs.ram.x"]
+    result = faults(f"{text}\n[mechanism]\ntype = 'law'\noutputs.ram = {{x = 'R*cos(phi)'}}")
+    assert "geometry" in result["mechanism.outputs.ram.x"]
 
 
 TABLE = "{{angle = [0, 90, 180, 270, {end}], value = [1, 0, -1, 0, {last}], angle_unit = 'deg', {more}}}"
@@ -342,11 +344,11 @@ def table(end: object = 360, last: object = 1, more: str = "value_unit = 'mm'") 
 
 
 def test_a_table_is_a_periodic_spline_with_its_ends_in_place():
-    found = law(table(end=360.0000000001, last=1.0000000001)).outputs[0].law
-    assert isinstance(found, Table)
-    assert found.interpolation == "spline"
-    assert found.angle[-1] == TURN
-    assert found.value.tolist() == [0.001, 0.0, -0.001, 0.0, 0.001]
+    result = law(table(end=360.0000000001, last=1.0000000001)).outputs[0].law
+    assert isinstance(result, Table)
+    assert result.interpolation == "spline"
+    assert result.angle[-1] == TURN
+    assert result.value.tolist() == [0.001, 0.0, -0.001, 0.0, 0.001]
 
 
 @pytest.mark.parametrize(
@@ -366,9 +368,9 @@ def test_faulty_tables_of_laws(outputs, path, hint):
 
 def test_a_short_table_repeats_until_the_period_is_full():
     spread = table().replace("90", "45").replace("180", "90").replace("270", "135").replace("360", "180")
-    found = law(spread).outputs[0].law
-    assert np.degrees(found.angle) == pytest.approx([0, 45, 90, 135, 180, 225, 270, 315, 360])
-    assert found.value.tolist() == [0.001, 0.0, -0.001, 0.0, 0.001, 0.0, -0.001, 0.0, 0.001]
+    result = law(spread).outputs[0].law
+    assert np.degrees(result.angle) == pytest.approx([0, 45, 90, 135, 180, 225, 270, 315, 360])
+    assert result.value.tolist() == [0.001, 0.0, -0.001, 0.0, 0.001, 0.0, -0.001, 0.0, 0.001]
 
 
 def test_a_table_that_gains_goes_on_gaining():
@@ -376,8 +378,8 @@ def test_a_table_that_gains_goes_on_gaining():
         "outputs.arm = {theta = {angle = [0, 60, 120, 180], value = [0, 80, 100, 180],"
         " angle_unit = 'deg', value_unit = 'deg'}, inertia = 1}"
     )
-    found = law(text).outputs[0].law
-    assert np.degrees(found.value) == pytest.approx([0, 80, 100, 180, 260, 280, 360])
+    result = law(text).outputs[0].law
+    assert np.degrees(result.value) == pytest.approx([0, 80, 100, 180, 260, 280, 360])
 
 
 def test_the_period_of_a_law():
@@ -412,8 +414,8 @@ inertia = 1
 
 
 def load(table: str, keys: str = "", folder=None, regime: str = "") -> Load:
-    (found,) = parse_scene(SCENE.format(table=table, keys=keys, regime=regime), folder=folder).loads
-    return found
+    (result,) = parse_scene(SCENE.format(table=table, keys=keys, regime=regime), folder=folder).loads
+    return result
 
 
 def degrees(table: str, keys: str = "", **kwargs) -> list[float]:
@@ -427,16 +429,16 @@ def table_faults(table: str, keys: str = "", folder=None) -> dict[str, str]:
 
 
 def test_units_apply_to_angles_and_values():
-    found = load("angle = [0, 90, 90, 360], value = [1, 2, 3, 4], angle_unit = 'deg', value_unit = 'kNm'").law
-    assert found.angle.tolist() == [0.0, math.pi / 2, math.pi / 2, TURN]
-    assert found.value.tolist() == [1000.0, 2000.0, 3000.0, 4000.0]
-    assert found.interpolation == "linear"
+    result = load("angle = [0, 90, 90, 360], value = [1, 2, 3, 4], angle_unit = 'deg', value_unit = 'kNm'").law
+    assert result.angle.tolist() == [0.0, math.pi / 2, math.pi / 2, TURN]
+    assert result.value.tolist() == [1000.0, 2000.0, 3000.0, 4000.0]
+    assert result.interpolation == "linear"
 
 
 @pytest.mark.parametrize("kind", ["linear", "pchip", "step"])
 def test_interpolation(kind):
-    found = load(f"angle = [0, {TURN}], value = [1, 2], interpolation = '{kind}'").law
-    assert found.interpolation == kind
+    result = load(f"angle = [0, {TURN}], value = [1, 2], interpolation = '{kind}'").law
+    assert result.interpolation == kind
 
 
 @pytest.mark.parametrize(
@@ -482,8 +484,8 @@ def test_a_table_is_a_table(raw):
 
 def test_nearly_a_period_becomes_one_exactly():
     assert load("angle = [0, 6.283185307], value = [1, 2]").law.angle[-1] == TURN
-    found = load("angle = [-180, 180], value = [1, 2], angle_unit = 'deg'").law
-    assert found.angle.tolist() == [-math.pi, math.pi]
+    result = load("angle = [-180, 180], value = [1, 2], angle_unit = 'deg'").law
+    assert result.angle.tolist() == [-math.pi, math.pi]
 
 
 def test_a_table_repeats_with_every():
@@ -522,8 +524,8 @@ def test_a_table_short_of_its_window_is_refused(angles, window):
 
 
 def test_ends_within_rounding_of_the_window_are_put_onto_it():
-    found = load("angle = [0.5235987756, 0.8726646260], value = [1, 2]", "from = '30 deg'\nto = '50 deg'")
-    assert found.law.angle.tolist() == [found.start, found.end]
+    result = load("angle = [0.5235987756, 0.8726646260], value = [1, 2]", "from = '30 deg'\nto = '50 deg'")
+    assert result.law.angle.tolist() == [result.start, result.end]
 
 
 # -- CSV ---------------------------------------------------------------------------------------------------------------
@@ -555,15 +557,15 @@ def csv_faults(tmp_path, text, more=""):
     ],
 )
 def test_separators_headers_and_comments(tmp_path, text):
-    found = csv(tmp_path, text)
-    assert found.angle.tolist() == [0.0, math.pi, TURN]
-    assert found.value.tolist() == [1.0, 2.0, 3.0]
+    result = csv(tmp_path, text)
+    assert result.angle.tolist() == [0.0, math.pi, TURN]
+    assert result.value.tolist() == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize("column", ["3", "'force'"])
 def test_columns_by_number_and_by_name(tmp_path, column):
-    found = csv(tmp_path, "angle,moment,force\n0,1,7\n360,2,8\n", f", column = {column}")
-    assert found.value.tolist() == [7.0, 8.0]
+    result = csv(tmp_path, "angle,moment,force\n0,1,7\n360,2,8\n", f", column = {column}")
+    assert result.value.tolist() == [7.0, 8.0]
 
 
 def test_a_csv_and_the_scene_agree_to_the_last_bit(tmp_path):

@@ -64,21 +64,21 @@ def faults(motor: str, folder=None, more: str = "") -> dict[str, str]:
     ],
 )
 def test_motors(motor, speed, torque):
-    found = scene(motor)
-    assert found.motor.torque(speed) == pytest.approx(torque, rel=1e-12)
-    assert found.drive.law == found.motor.law()
-    assert (found.drive.on, found.drive.path, found.drive.model) == ("motor", "drive", found.motor.title)
-    assert (found.unknown, found.inertias) == (None, ())
+    result = scene(motor)
+    assert result.motor.torque(speed) == pytest.approx(torque, rel=1e-12)
+    assert result.drive.law == result.motor.law()
+    assert (result.drive.on, result.drive.path, result.drive.model) == ("motor", "drive", result.motor.title)
+    assert (result.unknown, result.inertias) == (None, ())
 
 
 def test_the_machine_of_the_course():
-    found = scene("type = 'line', starting_torque = '10 N m', slope = '2.387 N m s'")
-    assert found.drive.law.text == "10.0 - 2.387*omega"
+    result = scene("type = 'line', starting_torque = '10 N m', slope = '2.387 N m s'")
+    assert result.drive.law.text == "10.0 - 2.387*omega"
 
 
 def test_a_rated_point_is_kept():
-    found = scene("type = 'line', no_load_speed = 157, speed = 150, torque = 35").motor
-    assert found == line_through(157.0, Point(150.0, 35.0))
+    result = scene("type = 'line', no_load_speed = 157, speed = 150, torque = 35").motor
+    assert result == line_through(157.0, Point(150.0, 35.0))
     plate = scene(PLATE + ", efficiency = 0.82, inductance = '3 mH'").motor
     assert plate.rated.power == pytest.approx(1500.0)
     assert plate.current(plate.rated.speed) == pytest.approx(1500 / (0.82 * 220))
@@ -86,18 +86,18 @@ def test_a_rated_point_is_kept():
 
 
 def test_a_rotor_is_an_inertia_on_the_shaft_it_drives():
-    found = scene(INDUCTION + ", inertia = '0.03 kg m^2'")
-    assert found.inertias == (Inertia("motor", 0.03, "drive.motor.inertia"),)
-    assert found.motor.inertia == 0.03
+    result = scene(INDUCTION + ", inertia = '0.03 kg m^2'")
+    assert result.inertias == (Inertia("motor", 0.03, "drive.motor.inertia"),)
+    assert result.motor.inertia == 0.03
 
 
 def test_a_table_from_a_file(tmp_path):
     (tmp_path / "curve.csv").write_text("rpm; amps; Nm\n0; 9; 20\n600; 7; 24.5\n900; 2; 0\n")
     motor = "type = 'table', file = 'curve.csv', column = 'Nm', speed_unit = 'rpm', interpolation = 'pchip'"
-    found = scene(motor, folder=tmp_path).motor
-    np.testing.assert_allclose(found.speeds, [0.0, 600 * RPM, 900 * RPM], rtol=1e-15)
-    assert found.torques == (20.0, 24.5, 0.0)
-    assert found.interpolation == "pchip"
+    result = scene(motor, folder=tmp_path).motor
+    np.testing.assert_allclose(result.speeds, [0.0, 600 * RPM, 900 * RPM], rtol=1e-15)
+    assert result.torques == (20.0, 24.5, 0.0)
+    assert result.interpolation == "pchip"
     engine = (
         "type = 'engine', speed = '800 rpm', droop = 0.1, full_load = {file = 'curve.csv', column = 3, speed_unit = 'rpm'}"
     )
@@ -105,7 +105,7 @@ def test_a_table_from_a_file(tmp_path):
 
 
 def test_a_scene_with_a_motor_needs_no_speed():
-    found = parse_scene("""
+    result = parse_scene("""
 [[load]]
 on = "crank"
 torque = -5
@@ -114,7 +114,7 @@ motor = {type = "line", starting_torque = 10, slope = 2}
 [flywheel]
 inertia = 1
 """)
-    assert found.speed is None
+    assert result.speed is None
 
 
 @pytest.mark.parametrize(
@@ -185,21 +185,21 @@ inertia = 1
     ],
 )
 def test_faulty_motors(motor, path, hint):
-    found = faults(motor)
-    assert list(found) == [path]
-    assert hint in found[path]
+    result = faults(motor)
+    assert list(result) == [path]
+    assert hint in result[path]
 
 
 def test_all_faults_come_at_once():
-    found = faults("type = 'induction', power = -1, speed = '5 Hz', poles = 1, frequency = 'x', ratio = 2")
-    assert set(found) == {
+    result = faults("type = 'induction', power = -1, speed = '5 Hz', poles = 1, frequency = 'x', ratio = 2")
+    assert set(result) == {
         f"drive.motor.{key}" for key in ("power", "speed", "poles", "frequency", "breakdown_ratio", "ratio")
     }
 
 
 def test_a_motor_stands_alone():
-    found = faults("type = 'constant', torque = 3", more=", torque = 'balance'")
-    assert found == {"drive": "drive (line 3): found torque and motor, expected exactly one of torque, motor"}
+    result = faults("type = 'constant', torque = 3", more=", torque = 'balance'")
+    assert result == {"drive": "drive (line 3): found torque and motor, expected exactly one of torque, motor"}
 
 
 @pytest.mark.parametrize("motor", ["3", "'induction'", "[1]"])
@@ -222,10 +222,10 @@ def test_what_slides_has_no_motor():
 
 
 def test_odd_poles_are_told_beside_another_fault():
-    found = faults("type = 'induction', power = '7.5 kg', speed = '1450 rpm', poles = 5, frequency = '50 Hz'")
-    assert set(found) == {"drive.motor.power", "drive.motor.poles", "drive.motor.breakdown_ratio"}
-    assert "an even number, 2 or more" in found["drive.motor.poles"]
-    assert found["drive.motor.breakdown_ratio"].endswith('expected a number such as "2.5"')
+    result = faults("type = 'induction', power = '7.5 kg', speed = '1450 rpm', poles = 5, frequency = '50 Hz'")
+    assert set(result) == {"drive.motor.power", "drive.motor.poles", "drive.motor.breakdown_ratio"}
+    assert "an even number, 2 or more" in result["drive.motor.poles"]
+    assert result["drive.motor.breakdown_ratio"].endswith('expected a number such as "2.5"')
 
 
 def test_a_motor_named_by_a_text_is_a_table_to_be():
@@ -335,8 +335,8 @@ def test_whatever_a_key_holds_is_a_motor_or_a_clear_refusal(kind):
 def test_whatever_a_start_holds_is_one_or_a_clear_refusal(start):
     motor = {"type": "induction", "power": 7500.0, "speed": 150.0, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
 
-    def read(given: object) -> object:
-        scene = {"drive": {"motor": motor | {"start": given}}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}}
+    def read(inputs: object) -> object:
+        scene = {"drive": {"motor": motor | {"start": inputs}}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}}
         return load(scene).motor.start
 
     assert read(start).connections
@@ -382,14 +382,14 @@ def test_no_wheel_is_asked_for():
 
 
 def test_a_disc():
-    asked = wheel(shape="disc", material="carbon steel", outer_radius="300 mm", step="0.5 kg m^2")
+    request = wheel(shape="disc", material="carbon steel", outer_radius="300 mm", step="0.5 kg m^2")
     steel = MATERIALS["carbon steel"]
-    assert asked == WheelAsked("disc", steel, outer_radius=0.3, step=0.5, path="flywheel")
+    assert request == WheelAsked("disc", steel, outer_radius=0.3, step=0.5, path="flywheel")
 
 
 def test_every_key():
     """Each key of the wheel arrives where it belongs."""
-    asked = wheel(
+    request = wheel(
         shape="arms",
         density="7.2 t/m^3",
         allowable_stress="7.5 MPa",
@@ -411,21 +411,21 @@ def test_every_key():
     own = material(density=7200.0, allowable=7.5e6, strength=150e6, poisson=0.25)
     sizes = {"rim_speed": 25.0, "width": 0.2, "arms": 8, "arm_width": 0.12, "arm_thickness": 0.05}
     hub = {"bore": 0.08, "hub_diameter": 0.18, "hub_length": 0.21, "torque": 2000.0, "size_step": 0.005}
-    assert asked == WheelAsked("arms", own, method="thin", at="mean", path="flywheel", **sizes, **hub)
+    assert request == WheelAsked("arms", own, method="thin", at="mean", path="flywheel", **sizes, **hub)
 
 
 def test_the_other_keys():
-    asked = wheel(shape="rim", material="alloy steel", safety=5, mean_radius=0.4, thickness="2 cm", rim_share="90 %")
-    assert asked.material.allowable == 130e6
-    assert (asked.mean_radius, asked.thickness, asked.rim_share) == (0.4, 0.02, 0.9)
+    request = wheel(shape="rim", material="alloy steel", safety=5, mean_radius=0.4, thickness="2 cm", rim_share="90 %")
+    assert request.material.allowable == 130e6
+    assert (request.mean_radius, request.thickness, request.rim_share) == (0.4, 0.02, 0.9)
     lightest = wheel(shape="lightest", material="aluminium", max_radius=0.4, width_to_thickness=3, bore=0.05, arm_share=0.3)
     assert (lightest.max_radius, lightest.width_to_thickness, lightest.arm_share) == (0.4, 3.0, 0.3)
 
 
 def test_a_given_inertia_may_have_a_wheel_too():
-    found = load('regime.speed = 10\n[flywheel]\ninertia = "2 kg m^2"\nshape = "disc"\ndensity = 7000\nwidth = 0.1')
-    assert found.inertia == 2.0
-    assert found.wheel.width == 0.1
+    result = load('regime.speed = 10\n[flywheel]\ninertia = "2 kg m^2"\nshape = "disc"\ndensity = 7000\nwidth = 0.1')
+    assert result.inertia == 2.0
+    assert result.wheel.width == 0.1
 
 
 @pytest.mark.parametrize(
@@ -470,18 +470,18 @@ def test_a_given_inertia_may_have_a_wheel_too():
     ],
 )
 def test_faults(keys, wanted):
-    found = wheels_faults(**keys)
-    assert len(found) == len(wanted)
-    for fault, words in zip(sorted(found), sorted(wanted), strict=True):
+    result = wheels_faults(**keys)
+    assert len(result) == len(wanted)
+    for fault, words in zip(sorted(result), sorted(wanted), strict=True):
         assert fault.startswith(words)
 
 
 def test_the_reference_has_the_table_of_materials():
-    for name, found in MATERIALS.items():
+    for name, result in MATERIALS.items():
         row = next(line for line in text("wheel").splitlines() if line.startswith(f"| `{name}`"))
         cells = [cell.strip() for cell in row.split("|")[2:7]]
-        usual = "" if found.rim_speed is None else f"{found.rim_speed:g}"
-        numbers = [found.density, found.strength / 1e6, found.allowable / 1e6, found.poisson]
+        usual = "" if result.rim_speed is None else f"{result.rim_speed:g}"
+        numbers = [result.density, result.strength / 1e6, result.allowable / 1e6, result.poisson]
         assert cells == [*(f"{number:g}" for number in numbers), usual]
 
 
@@ -514,14 +514,14 @@ def text_faults(text_):
     ],
 )
 def test_a_given_flywheel_by_its_gd2(given, inertia):
-    found = load(f"{REST}flywheel.gd2 = {given}")
-    assert found.inertia == pytest.approx(inertia, rel=1e-14)
-    assert found.irregularity is None
+    result = load(f"{REST}flywheel.gd2 = {given}")
+    assert result.inertia == pytest.approx(inertia, rel=1e-14)
+    assert result.irregularity is None
 
 
 def test_an_added_inertia_by_its_gd2():
-    found = load(REST + "flywheel.inertia = 1\n[[inertia]]\non = 'crank'\ngd2 = '3 kgf m^2'")
-    assert found.inertias == (Inertia("crank", 0.75, "inertia[0]"),)
+    result = load(REST + "flywheel.inertia = 1\n[[inertia]]\non = 'crank'\ngd2 = '3 kgf m^2'")
+    assert result.inertias == (Inertia("crank", 0.75, "inertia[0]"),)
 
 
 def test_gd2_and_inertia_are_one_machine():

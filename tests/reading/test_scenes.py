@@ -139,9 +139,9 @@ def test_an_angle_within_a_turn_or_the_cycle_needs_no_unit(given):
 def test_every_angle_of_the_format_is_refused_alike():
     for key in KEYS:
         if "angle" in key.kind.split(" | "):
-            found = Faults()
-            read_quantity(80, "angle", key, "place", found)
-            assert [fault.path for fault in found] == ([] if key.many_turns else ["place"]), key
+            result = Faults()
+            read_quantity(80, "angle", key, "place", result)
+            assert [fault.path for fault in result] == ([] if key.many_turns else ["place"]), key
 
 
 def test_a_table_in_degrees_without_its_unit_is_told():
@@ -162,7 +162,7 @@ def test_numpy_numbers_and_arrays_are_as_good_as_plain_ones():
 
 
 def test_every_fault_is_reported_at_once_with_its_path():
-    found = faults("""
+    result = faults("""
         titel = "x"
         [shafts.motor]
         ratio = -5
@@ -190,7 +190,7 @@ def test_every_fault_is_reported_at_once_with_its_path():
         [accuracy]
         rtol = 0
     """)
-    assert set(found) == {
+    assert set(result) == {
         "titel",
         "shafts.motor.ratio",
         "mechanism.shaft",
@@ -208,12 +208,12 @@ def test_every_fault_is_reported_at_once_with_its_path():
         "flywheel.irregularity",
         "accuracy.rtol",
     }
-    assert 'did you mean "title"' in found["titel"]
-    assert 'did you mean "length"' in found["mechanism.crank.lenght"]
-    assert 'did you mean "motor"' in found["mechanism.shaft"]
-    assert "write 0.4, not 0,4" in found["mechanism.rod.length"]
-    assert "a product is written *: 1000*sin" in found["load[0].force"]
-    assert "rev/s or rad/s" in found["regime.speed"]
+    assert 'did you mean "title"' in result["titel"]
+    assert 'did you mean "length"' in result["mechanism.crank.lenght"]
+    assert 'did you mean "motor"' in result["mechanism.shaft"]
+    assert "write 0.4, not 0,4" in result["mechanism.rod.length"]
+    assert "a product is written *: 1000*sin" in result["load[0].force"]
+    assert "rev/s or rad/s" in result["regime.speed"]
 
 
 @pytest.mark.parametrize("text", ["", "# nothing but a comment\n"])
@@ -338,8 +338,8 @@ def test_a_flywheel_has_one_figure(text):
 
 @pytest.mark.parametrize("text", ["", "title = 'x'", "regime.speed = 1", "gravity.g = 9.8", "accuracy.rtol = 1e-6"])
 def test_a_scene_has_a_machine(text):
-    found = "no machine" if text else "nothing"
-    assert faults(text)["scene"].startswith(f"scene: found {found}, expected a machine; one of mechanism, shafts, ")
+    result = "no machine" if text else "nothing"
+    assert faults(text)["scene"].startswith(f"scene: found {result}, expected a machine; one of mechanism, shafts, ")
 
 
 @pytest.mark.parametrize("irregularity", [0, 2, -0.1, "250 %"])
@@ -352,16 +352,16 @@ def test_areas_stand_alone():
     scene = parse_scene(f"[areas]\nvalues = [10, -4.8, -5]\nscale = '2 kJ'{ROTOR}")
     assert scene.areas == Areas((10.0, -4.8, -5.0), 2000.0)
     extra = "mechanism.type = 'law'\ndrive.torque = 1\nload = []\nspring = []\ninertia = []\ngravity = {}\n"
-    found = faults(extra + f"[areas]\nvalues = [1, -1]{ROTOR}")
-    assert {"mechanism", "drive", "load", "spring", "inertia", "gravity"} <= set(found)
+    result = faults(extra + f"[areas]\nvalues = [1, -1]{ROTOR}")
+    assert {"mechanism", "drive", "load", "spring", "inertia", "gravity"} <= set(result)
 
 
 def test_at_most_one_balance():
-    found = faults(
+    result = faults(
         "parameters = {F = 'balance', G = 'balance'}\ndrive.torque = 'balance'\n"
         f"[[load]]\non = 'crank'\ntorque = 'F + G'{ROTOR}"
     )
-    assert set(found) == {"parameters.F", "parameters.G"}
+    assert set(result) == {"parameters.F", "parameters.G"}
 
 
 def test_a_balance_parameter_must_be_used_and_have_its_own_name():
@@ -483,16 +483,16 @@ def test_csv_files_are_looked_for_beside_the_scene(tmp_path):
     ("written", "advice"), [("15", '; write "15 %"'), ("'15'", '; write "15 %"'), ("'250 %'", ""), ("-5", "")]
 )
 def test_a_percentage_without_its_sign(written, advice):
-    found = faults(f"regime.speed = 3\nflywheel.irregularity = {written}")["flywheel.irregularity"]
-    assert found.endswith(f"expected a value above 0 and below 2{advice}")
+    result = faults(f"regime.speed = 3\nflywheel.irregularity = {written}")["flywheel.irregularity"]
+    assert result.endswith(f"expected a value above 0 and below 2{advice}")
 
 
 def test_ratios_and_dampers_say_what_they_expect():
     scene = "shafts.a.ratio = {}\ndamper = [{{on = 'crank'}}]\nregime.speed = 3\nflywheel.inertia = 1"
-    found = faults(scene.format(-35))
-    assert found["shafts.a.ratio"].endswith("expected a value above 0")
-    assert '"5 N s/m"' in found["damper[0].coefficient"]
-    assert '"0.2 N m s/rad"' in found["damper[0].coefficient"]
+    result = faults(scene.format(-35))
+    assert result["shafts.a.ratio"].endswith("expected a value above 0")
+    assert '"5 N s/m"' in result["damper[0].coefficient"]
+    assert '"0.2 N m s/rad"' in result["damper[0].coefficient"]
     assert faults(scene.format("'x'"))["shafts.a.ratio"].endswith('expected a number such as "5"')
 
 
@@ -528,32 +528,32 @@ def test_the_default_is_an_audit():
 
 
 def test_what_each_level_leaves_out():
-    found = {level: flywheel.size(scene(), accuracy=level).as_dict() for level in LEVELS}
-    assert [found[level]["accuracy"] for level in LEVELS] == ["normal", "normal", "confirm", "audit", "proof"]
-    assert [len(found[level]["left_out"]) for level in LEVELS] == [1, 1, 1, 0, 1]
-    assert "confirmation" in found["normal"]["left_out"][0]
-    assert "time simulation" in found["confirm"]["left_out"][0]
+    result = {level: flywheel.size(scene(), accuracy=level).as_dict() for level in LEVELS}
+    assert [result[level]["accuracy"] for level in LEVELS] == ["normal", "normal", "confirm", "audit", "proof"]
+    assert [len(result[level]["left_out"]) for level in LEVELS] == [1, 1, 1, 0, 1]
+    assert "confirmation" in result["normal"]["left_out"][0]
+    assert "time simulation" in result["confirm"]["left_out"][0]
 
 
 def test_the_exact_figures_are_the_same_from_normal_on():
-    found = [flywheel.size(scene(), accuracy=level).flywheel for level in LEVELS]
-    assert found[0] == found[1] == found[2] == found[3]
-    assert flywheel.size(scene(), simulate=False).flywheel == found[0]
+    result = [flywheel.size(scene(), accuracy=level).flywheel for level in LEVELS]
+    assert result[0] == result[1] == result[2] == result[3]
+    assert flywheel.size(scene(), simulate=False).flywheel == result[0]
 
 
 def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
-    for given in ({}, {"flywheel": {"inertia": 50}}):
-        found = [flywheel.size(flywheel.load(AREAS | given), accuracy=level) for level in LEVELS]
-        assert [sizing.left_out for sizing in found] == [()] * len(LEVELS)
-        assert all(sizing.flywheel == found[0].flywheel for sizing in found)
-        assert all(sizing.simulation == found[0].simulation for sizing in found)
+    for inputs in ({}, {"flywheel": {"inertia": 50}}):
+        result = [flywheel.size(flywheel.load(AREAS | inputs), accuracy=level) for level in LEVELS]
+        assert [sizing.left_out for sizing in result] == [()] * len(LEVELS)
+        assert all(sizing.flywheel == result[0].flywheel for sizing in result)
+        assert all(sizing.simulation == result[0].simulation for sizing in result)
 
 
 def test_what_could_not_be_confirmed_counts_as_left_out(monkeypatch):
     monkeypatch.setattr("flywheel.sizing.confirmation._MOST_EVALUATIONS", 100)
     monkeypatch.setattr("flywheel.sizing.confirmation._MOST_WORK", 10)
-    for asked in ("confirm", "audit"):
-        sizing = flywheel.size(scene(), accuracy=asked)
+    for request in ("confirm", "audit"):
+        sizing = flywheel.size(scene(), accuracy=request)
         assert sizing.simulation.route == "quadrature"
         assert "confirmation" in sizing.left_out[0]
         assert any("not confirmed" in message for message in sizing.messages)
@@ -620,20 +620,20 @@ def test_an_array_instead_of_a_text_is_a_fault(change, path, expected):
 
 
 def test_a_stroke_stands_for_regime_and_flywheel():
-    found = load(stroke_scene())
-    assert found.stroke == (-0.06, 0.19, 0.3, 0.0, True)
-    assert (found.reduction_element, found.shafts, found.flywheel_on) == ("slide", {"slide": 1.0}, "slide")
-    assert (found.speed, found.irregularity, found.inertia, found.unknown) == (0.3, None, None, None)
-    assert_allclose(found.cycle, 0.25)
-    (mechanism,) = found.mechanisms
+    result = load(stroke_scene())
+    assert result.stroke == (-0.06, 0.19, 0.3, 0.0, True)
+    assert (result.reduction_element, result.shafts, result.flywheel_on) == ("slide", {"slide": 1.0}, "slide")
+    assert (result.speed, result.irregularity, result.inertia, result.unknown) == (0.3, None, None, None)
+    assert_allclose(result.cycle, 0.25)
+    (mechanism,) = result.mechanisms
     assert (mechanism.shaft, mechanism.phase, mechanism.stroke) == ("slide", -0.06, (-0.06, 0.19))
 
 
 def test_a_driver_that_turns_has_angles():
     stroke = {"from": "-30 deg", "to": "60 deg", "speed": "10 rpm", "acceleration": "2 rad/s^2"}
-    found = load({"mechanism": [linkage(PIN)], "stroke": stroke})
-    assert_allclose(found.stroke[:4], (-np.pi / 6, np.pi / 3, np.pi / 3, 2))
-    assert (found.reduction_element, found.mechanisms[0].shaft) == ("crank", "crank")
+    result = load({"mechanism": [linkage(PIN)], "stroke": stroke})
+    assert_allclose(result.stroke[:4], (-np.pi / 6, np.pi / 3, np.pi / 3, 2))
+    assert (result.reduction_element, result.mechanisms[0].shaft) == ("crank", "crank")
 
 
 def test_the_drive_pushes_a_slide_and_turns_a_crank():
@@ -780,9 +780,9 @@ def test_named_mechanisms_move_between_the_angles_where_they_lock(mechanism, sta
     scene = load({"mechanism": mechanism, "stroke": {"from": f"{start} deg", "to": f"{end} deg"}, "gravity": {}})
     q = np.radians(np.linspace(start + 0.01, end - 0.01, 9))
     reduced = flywheel.reduce(scene, q)
-    (found,) = flywheel.joint_forces(scene, q, speed=3.0).mechanisms.values()
-    wanted = 4.5 * reduced.slope - reduced.moment
-    np.testing.assert_allclose(found.action, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+    (result,) = flywheel.joint_forces(scene, q, speed=3.0).mechanisms.values()
+    expected = 4.5 * reduced.slope - reduced.moment
+    np.testing.assert_allclose(result.action, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(

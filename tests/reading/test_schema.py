@@ -83,9 +83,9 @@ def test_every_key_is_of_a_known_kind_with_a_fitting_default():
 
 
 def test_the_example_of_a_key_is_a_value_it_takes():
-    given = [key for key in KEYS if key.example]
-    assert all(parse_quantity(key.example, key.kind) in key.range for key in given)
-    assert {"ratio", "poles", "breakdown_ratio", "efficiency"} <= {key.name for key in given}
+    inputs = [key for key in KEYS if key.example]
+    assert all(parse_quantity(key.example, key.kind) in key.range for key in inputs)
+    assert {"ratio", "poles", "breakdown_ratio", "efficiency"} <= {key.name for key in inputs}
     for key in KEYS:
         if key.kind == "number" and not key.example:  # then that of all numbers must suit it
             assert parse_quantity(DIMENSIONS["number"].example, "number") in key.range, key
@@ -133,15 +133,15 @@ BARS = "type = 'four-bar', crank.length = 1, coupler.length = 4, rocker.length =
 
 def every_kind_of_place():
     """Name, scene and path of one place for each key of each type of table that the project's scenes have."""
-    found = {}
+    result = {}
     for name, scene in sorted(SCENES.items(), key=lambda item: len(str(item[1]))):
         for path in places(scene):
             above = [at(scene, path[:k]) for k in range(1, len(path))]
             types = tuple(table["type"] for table in above if isinstance(table, dict) and "type" in table)
             chosen = [isinstance(part, int) or (k > 0 and path[k - 1] in FREE) for k, part in enumerate(path)]
             where = tuple("*" if free else part for part, free in zip(path, chosen, strict=True))
-            found.setdefault((where, types), (name, scene, path))
-    return found.values()
+            result.setdefault((where, types), (name, scene, path))
+    return result.values()
 
 
 def test_it_is_a_schema():
@@ -220,8 +220,8 @@ def test_what_the_reader_refuses(old, new):
 def test_keys_are_explained_and_have_the_defaults_of_the_reader():
     tables = SCHEMA["properties"]
     for key in (*TOP, *WHEEL_KEYS):
-        found = tables["flywheel"]["properties"][key.name] if key in WHEEL_KEYS else tables[key.name]
-        assert found["description"].startswith(key.about)
+        result = tables["flywheel"]["properties"][key.name] if key in WHEEL_KEYS else tables[key.name]
+        assert result["description"].startswith(key.about)
     for section in SECTIONS.values():
         table = tables[section.name]
         own = table["items"] if section.array else table["additionalProperties"] if section.named else table
@@ -245,9 +245,9 @@ def test_the_command_prints_it_alone():
 
 
 def test_the_overview_says_how_an_editor_finds_it():
-    shown = text("overview")
-    assert "#:schema ./flywheel.schema.json" in shown
-    assert tomllib.loads(re.search(r"    \[\[rule\]\]\n(?:    .*\n)+", shown)[0])["rule"][0]["schema"] == {
+    output = text("overview")
+    assert "#:schema ./flywheel.schema.json" in output
+    assert tomllib.loads(re.search(r"    \[\[rule\]\]\n(?:    .*\n)+", output)[0])["rule"][0]["schema"] == {
         "path": "flywheel.schema.json"
     }
 
@@ -315,8 +315,8 @@ def test_every_key_of_the_results():
     scene = load(next(block for topic, block in EXAMPLES if topic == "slider-crank"))
     result = flywheel.size(scene, simulate=True).as_dict()
     nested = [key for name in ("flywheel", "simulation", "error", "balance") for key in result[name]]
-    wanted = {*result, *nested, *result["areas"][0], *result["reduced_inertia"], *result["energy"], *result["shafts"][0]}
-    assert wanted <= quoted("results")
+    expected = {*result, *nested, *result["areas"][0], *result["reduced_inertia"], *result["energy"], *result["shafts"][0]}
+    assert expected <= quoted("results")
 
 
 @pytest.mark.parametrize(

@@ -41,9 +41,9 @@ def test_starters_can_be_sized_as_they_are(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", BY_CLUTCH)
 def test_starters_with_a_clutch_go_through_their_stroke(kind):
-    found = flywheel.single_stroke(load(starter(kind)), 1e-4)
-    assert found.keeps_up
-    assert found.verdicts == ()
+    result = flywheel.single_stroke(load(starter(kind)), 1e-4)
+    assert result.keeps_up
+    assert result.verdicts == ()
 
 
 def test_a_mechanism_alone_has_no_idle_tables():

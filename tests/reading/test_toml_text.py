@@ -155,9 +155,9 @@ class Writer:
 def test_the_lines_of_random_texts(seed):
     writer = Writer(seed)
     text = writer.written()
-    found = toml_text.index(text, tomllib.loads(text))
-    assert found is not None
-    assert {found.paths[shown]: line for shown, line in found.lines.items()} == writer.lines
+    result = toml_text.index(text, tomllib.loads(text))
+    assert result is not None
+    assert {result.paths[output]: line for output, line in result.lines.items()} == writer.lines
 
 
 def test_no_lines_where_the_text_is_not_that_of_the_mapping():

@@ -34,25 +34,25 @@ def machine_of(name: str, **flywheel: Any) -> tuple[Machine, Any]:
     return machine, machine.shafts[CASES[name].on]
 
 
-def analysed(name: str, known: dict[str, Any], kind: str, key: str) -> dict[str, Any]:
+def analysed(name: str, reference: dict[str, Any], kind: str, key: str) -> dict[str, Any]:
     """A motion near the one that is known, with a given flywheel or an irregularity."""
     machine, ratio = machine_of(name, **{"inertia" if kind == "analysis" else "irregularity": float(key)})
-    speed, wheel, unknown = Real(known["speed"]), Real(known["inertia"]) * ratio**2, Real(known["balance"] or 0)
-    asked = speed if machine.balanced else None
+    speed, wheel, unknown = Real(reference["speed"]), Real(reference["inertia"]) * ratio**2, Real(reference["balance"] or 0)
+    request = speed if machine.balanced else None
     around = (1 + Real("1e-5")) * speed
     guess = motions.Guess(speed, wheel, unknown, lambda phi: np.full(phi.shape, float(around)))
-    motion = motions.found(machine, motions.Held(wheel, None, asked), guess)
+    motion = motions.found(machine, motions.Held(wheel, None, request), guess)
     if kind == "sizing":  # from a flywheel that is not the one asked for
         guess = motions.Guess(speed, wheel * (1 + Real("1e-4")), unknown, motion.pace)
-        motion = motions.found(machine, motions.Held(None, Real(float(key)), asked), guess)
+        motion = motions.found(machine, motions.Held(None, Real(float(key)), request), guess)
     high, low = motion.excess
     half = motion.mesh.half
-    found = motion.w * np.array([(1 + (high + low) / 2), 1 + high, 1 + low])
+    result = motion.w * np.array([(1 + (high + low) / 2), 1 + high, 1 + low])
     speeds = motion.w * np.frompyfunc(mp.sqrt, 1, 1)(1 + motion.state.nodes)
     time, angles = panels.integrals(1 / speeds, half).sum(), motion.places.angles(motion.mesh)
     return {
         "inertia": motion.state.inertia / ratio**2, "irregularity": (high - low) / (1 + (high + low) / 2),
-        "speed": found[0], "speed_max": found[1], "speed_min": found[2],
+        "speed": result[0], "speed_max": result[1], "speed_min": result[2],
         "angle_speed_max": angles[motion.s.argmax()], "angle_speed_min": angles[motion.s.argmin()],
         "speed_time_mean": motion.mesh.edges[-1] / time, "period": time,
         "balance": motion.state.unknown if machine.balanced else None,
@@ -60,13 +60,13 @@ def analysed(name: str, known: dict[str, Any], kind: str, key: str) -> dict[str,
     }  # fmt: skip
 
 
-def at_constant_speed(name: str, known: dict[str, Any]) -> dict[str, Any]:
+def at_constant_speed(name: str, reference: dict[str, Any]) -> dict[str, Any]:
     """Figures at a constant speed: the speed, the balance, the areas' extremes, the flywheels."""
     machine, _ = machine_of(name, inertia=0)
-    speed = Real(known["speed"])
+    speed = Real(reference["speed"])
     if not machine.balanced:
         speed = regimes.constant_speed(machine, speed)
-    cycle = regimes.constant_cycle(machine, speed, Real(known["balance"] or 0))
+    cycle = regimes.constant_cycle(machine, speed, Real(reference["balance"] or 0))
     (least, most), works = figures.extremes_of_inertia(cycle), figures.works(cycle)
     frozen = {repr(e): figures.inertias(cycle, speed, Real(e))["exact"] for e in CASES[name].irregularities}
     return {
@@ -82,40 +82,40 @@ def texts(figures: dict[str, Any]) -> dict[str, Any]:
     return {k: texts(v) if isinstance(v, dict) else v if v is None else mp.nstr(v, DIGITS) for k, v in figures.items()}
 
 
-def differences(found: dict[str, Any], known: dict[str, Any]) -> dict[str, float]:
+def differences(result: dict[str, Any], reference: dict[str, Any]) -> dict[str, float]:
     """Differences of every figure from the file, relative to it or, of an energy, to the work exchanged."""
-    scale = mp.mpf(known.get("work_exchanged", 0))
+    scale = mp.mpf(reference.get("work_exchanged", 0))
     whole = dict.fromkeys(("accumulated_max", "accumulated_min", "drive_work"), scale)
     gaps = {}
-    for key, value in found.items():
+    for key, value in result.items():
         if isinstance(value, dict):
-            gaps |= {f"{key} {k}": gap for k, gap in differences(value, known[key]).items()}
+            gaps |= {f"{key} {k}": gap for k, gap in differences(value, reference[key]).items()}
         elif value is not None:
-            true = mp.mpf(known[key])
+            true = mp.mpf(reference[key])
             gaps[key] = float(abs(mp.mpf(value) - true) / max(abs(true), whole.get(key, 0), mp.mpf("1e-30")))
     return gaps
 
 
 def main(arguments: list[str]) -> int:
     """Compute the named cases, or all, and write the file, or tell how far it is from them."""
-    known = json.loads(REFERENCES.read_text())
+    reference = json.loads(REFERENCES.read_text())
     worst = 0.0
     for name in [a for a in arguments if a != "--check"] or [n for n in CASES if n != "dc-inductance"]:
         for kind in ("analysis", "sizing"):
-            for key, old in known[name][kind].items():
-                found = texts(analysed(name, old, kind, key))
-                gaps = differences(found, old)
+            for key, old in reference[name][kind].items():
+                result = texts(analysed(name, old, kind, key))
+                gaps = differences(result, old)
                 worst = max(worst, *gaps.values())
                 print(name, kind, key, f"{max(gaps.values()):.1e} ({max(gaps, key=lambda k: gaps[k])})", flush=True)
-                known[name][kind][key] = old | found
-        if "constant" in known[name]:
-            found = texts(at_constant_speed(name, known[name]["constant"]))
-            gaps = differences(found, known[name]["constant"])
+                reference[name][kind][key] = old | result
+        if "constant" in reference[name]:
+            result = texts(at_constant_speed(name, reference[name]["constant"]))
+            gaps = differences(result, reference[name]["constant"])
             worst = max(worst, *gaps.values())
             print(name, "constant", f"{max(gaps.values()):.1e} ({max(gaps, key=lambda k: gaps[k])})", flush=True)
-            known[name]["constant"] |= found
+            reference[name]["constant"] |= result
     if "--check" not in arguments:
-        REFERENCES.write_text(json.dumps(known, indent=1) + "\n")
+        REFERENCES.write_text(json.dumps(reference, indent=1) + "\n")
     return int(worst > 1e-15)
 
 

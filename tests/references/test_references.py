@@ -35,11 +35,11 @@ def sized(name: str, rtol: float | None = None) -> dict[str, Any]:
     return flywheel.size(scene, rtol=rtol, simulate=False).as_dict()
 
 
-def error(found: Any, true: Any, scale: float = 0.0) -> float:
+def error(result: Any, true: Any, scale: float = 0.0) -> float:
     """The relative error of a figure; infinite where only one of the two is there."""
-    if found is None or true is None:
-        return 0.0 if found is true else float("inf")
-    return float(abs(found - float(true)) / max(abs(float(true)), scale, 1e-300))
+    if result is None or true is None:
+        return 0.0 if result is true else float("inf")
+    return float(abs(result - float(true)) / max(abs(float(true)), scale, 1e-300))
 
 
 def works(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
@@ -47,8 +47,8 @@ def works(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
     keys = ("accumulated_max", "accumulated_min", "energy_fluctuation")
     errors = {key: error(result[key], true[key], scale) for key in keys}
     assert len(result["areas"]) == len(true["areas"])
-    for i, (found, area) in enumerate(zip(result["areas"], true["areas"], strict=True)):
-        errors |= {f"area {i} {key}": error(found[key], area[key], scale) for key in ("work", "accumulated")}
+    for i, (outcome, area) in enumerate(zip(result["areas"], true["areas"], strict=True)):
+        errors |= {f"area {i} {key}": error(outcome[key], area[key], scale) for key in ("work", "accumulated")}
     return errors
 
 
@@ -80,8 +80,8 @@ def motion(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
 def machine(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
     if "balance" not in true:
         return {}
-    inertia, found = true["reduced_inertia"], result["reduced_inertia"]
-    errors = {f"I* {key}": error(found[key], inertia[key], float(inertia["max"])) for key in inertia}
+    inertia, outcome = true["reduced_inertia"], result["reduced_inertia"]
+    errors = {f"I* {key}": error(outcome[key], inertia[key], float(inertia["max"])) for key in inertia}
     errors |= {key: error(result[key], true[key]) for key in ("cycle", "power", "coefficient_of_energy")}
     value = result["balance"] and result["balance"]["value"]
     return errors | {"balance": error(value, true["balance"])}
@@ -97,7 +97,7 @@ def angles(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
     if "angle_speed_max" not in true:
         return {}
     pairs = zip(result["areas"], true["areas"], strict=True)
-    errors = {f"area {i} to": abs(found["to"] - float(area["to"])) for i, (found, area) in enumerate(pairs)}
+    errors = {f"area {i} to": abs(outcome["to"] - float(area["to"])) for i, (outcome, area) in enumerate(pairs)}
     keys = ("angle_speed_max", "angle_speed_min")
     return errors | {key: apart(result[key], true[key], result["cycle"]) for key in keys}
 
@@ -130,17 +130,17 @@ def assert_honest(result: dict[str, Any], true: dict[str, Any]) -> None:
     """No true error exceeds the estimate that comes with its figure."""
     estimate = result["error"]
     groups = {"work": works(result, true), "simulation": motion(result, true)}
-    for name, found in inertias(result, true).items():
-        groups.setdefault(name.removesuffix("_total"), {})[name] = found
+    for name, outcome in inertias(result, true).items():
+        groups.setdefault(name.removesuffix("_total"), {})[name] = outcome
     for group, errors in groups.items():
         if errors and estimate[group] is not None:
             assert worse(errors, estimate[group] + ROUNDING) == {}, group
-    for name, found in machine(result, true).items():
+    for name, outcome in machine(result, true).items():
         allowed = estimate["reduced_inertia" if name.startswith("I*") else name] if name != "cycle" else 0.0
-        assert found <= (allowed or 0.0) + ROUNDING, name
+        assert outcome <= (allowed or 0.0) + ROUNDING, name
     assert error(result["speed"], true["speed"]) <= estimate["speed"]
-    for name, found in angles(result, true).items():
-        assert found <= estimate["extremes" if "speed" in name else "angles"] + ROUNDING * 13, name
+    for name, outcome in angles(result, true).items():
+        assert outcome <= estimate["extremes" if "speed" in name else "angles"] + ROUNDING * 13, name
 
 
 def test_the_references_cover_every_scene() -> None:
@@ -218,8 +218,8 @@ def test_a_start_by_dop853_in_time(name: str) -> None:
     truth = np.array([[float(f["phi"]), float(f["omega"])] for f in listed])
     field = lambda t, s: [s[1], rate(s[0], s[1])]  # noqa: E731
     first = [start.half_turns * pi, 0.0]
-    found = solve_ivp(field, (0, 5), first, method="DOP853", rtol=1e-13, atol=1e-14, t_eval=start.times).y.T
-    assert found == pytest.approx(truth, rel=5e-11)
+    result = solve_ivp(field, (0, 5), first, method="DOP853", rtol=1e-13, atol=1e-14, t_eval=start.times).y.T
+    assert result == pytest.approx(truth, rel=5e-11)
 
 
 @pytest.mark.parametrize(("kind", "key"), [("analysis", "0.1"), ("sizing", "0.05")])
@@ -256,14 +256,14 @@ def test_a_motor_with_inductance_settles_on_its_motion() -> None:
 
 @pytest.mark.parametrize("name", ["unstable", "two-speeds-slow"])
 def test_unstable_motions_grow(name: str) -> None:
-    assert all(float(found["multiplier"]) > 1 for found in regimes.figures(name)["analysis"].values())
+    assert all(float(result["multiplier"]) > 1 for result in regimes.figures(name)["analysis"].values())
 
 
 def test_every_case_has_its_figures() -> None:
     for name, case in regimes.CASES.items():
-        found = regimes.figures(name)
-        assert list(found["analysis"]) == [repr(j) for j in case.inertias]
-        assert list(found["sizing"]) == [repr(e) for e in case.irregularities]
-        assert [float(found["sizing"][repr(e)]["irregularity"]) for e in case.irregularities] == pytest.approx(
+        result = regimes.figures(name)
+        assert list(result["analysis"]) == [repr(j) for j in case.inertias]
+        assert list(result["sizing"]) == [repr(e) for e in case.irregularities]
+        assert [float(result["sizing"][repr(e)]["irregularity"]) for e in case.irregularities] == pytest.approx(
             case.irregularities, rel=1e-15
         )

@@ -114,8 +114,8 @@ def by_hand(until):
         moment = 10 - 2.387 * y[1] - 6 * 9.81 * y_
         return [y[1], (moment - slope * y[1] ** 2) / inertia]
 
-    found = solve_ivp(rates, (0, until), [math.pi / 2, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
-    return found.y[:, -1]
+    result = solve_ivp(rates, (0, until), [math.pi / 2, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
+    return result.y[:, -1]
 
 
 def test_quadratic_drag_counts_when_a_motor_with_inductance_starts():
@@ -243,22 +243,22 @@ def test_a_motion_without_a_last_time_goes_on_until_it_is_ended(more):
     assert trail.t[-1] == seen[-1]
 
 
-def times(torque, until, **given):
-    scene = scenes.rotor(load=[{"on": "crank", "torque": torque}], drive={"torque": 5}, **given)
+def times(torque, until, **inputs):
+    scene = scenes.rotor(load=[{"on": "crank", "torque": torque}], drive={"torque": 5}, **inputs)
     return SwitchingTimes(flywheel.Machine(flywheel.load(scene)), until)
 
 
 def test_steps_and_periodic_switches_are_all_found():
     assert times("-50 - 30*(t > 2)", 10.0).every() == [2.0]
-    found = times("-(sin(50*t) > 0.99)", 1.0).every()
+    result = times("-(sin(50*t) > 0.99)", 1.0).every()
     rise, fall = np.arcsin(0.99) / 50, (np.pi - np.arcsin(0.99)) / 50
     expected = sorted([rise + k * np.pi / 25 for k in range(8)] + [fall + k * np.pi / 25 for k in range(8)])
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    np.testing.assert_allclose(result, expected, rtol=1e-13)
 
 
 def test_a_short_pulse_is_not_missed():
-    found = times("-1e4*(t > 3)*(t < 3.0000001)", 100.0).every()
-    np.testing.assert_allclose(found, [3.0, 3.0000001], rtol=1e-14)
+    result = times("-1e4*(t > 3)*(t < 3.0000001)", 100.0).every()
+    np.testing.assert_allclose(result, [3.0, 3.0000001], rtol=1e-14)
 
 
 def test_what_depends_on_more_than_time_is_not_looked_for():
@@ -266,10 +266,10 @@ def test_what_depends_on_more_than_time_is_not_looked_for():
 
 
 def test_without_an_end_stretch_after_stretch_is_looked_through():
-    found = times("-(t > 1000)", np.inf)
-    stops = [found.after(0.0)]
+    result = times("-(t > 1000)", np.inf)
+    stops = [result.after(0.0)]
     while stops[-1] < 1100.0:
-        stops.append(found.after(stops[-1]))
+        stops.append(result.after(stops[-1]))
     assert min(abs(stop - 1000.0) for stop in stops) < 1e-9
 
 
@@ -279,9 +279,9 @@ def test_too_many_switches_are_a_fault():
 
 
 def test_a_steep_pulse_is_closed_in_and_a_gentle_law_is_left_alone():
-    found = np.array(times("-50*exp(-((t - 2)/0.002)**2)", 10.0).every())
-    assert np.min(np.abs(found - 2.0)) < 0.01
-    assert np.min(np.diff(found)) < 0.01
+    result = np.array(times("-50*exp(-((t - 2)/0.002)**2)", 10.0).every())
+    assert np.min(np.abs(result - 2.0)) < 0.01
+    assert np.min(np.diff(result)) < 0.01
     assert times("-5 - 0.1*t", 10.0).every() == []
 
 

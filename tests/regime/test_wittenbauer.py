@@ -244,17 +244,17 @@ def test_the_error_of_the_period_grows_towards_a_stall(amplitude):
     with mpmath.workdps(30):
         slow, fast = 10 - mpmath.mpf(amplitude) / 10, 10 + mpmath.mpf(amplitude) / 10
         true = 4 / fast * mpmath.ellipk(4 * mpmath.mpf(amplitude) / fast**2)
-        found = near_a_stall(amplitude, simulate=False)
-        assert abs(found.simulation.period / true - 1) <= found.error.period
-        assert abs(found.simulation.speed_min / slow - 1) <= found.error.simulation
-    assert found.error.period < (1e-8 if amplitude < 99.95 else 1e-5)
+        result = near_a_stall(amplitude, simulate=False)
+        assert abs(result.simulation.period / true - 1) <= result.error.period
+        assert abs(result.simulation.speed_min / slow - 1) <= result.error.simulation
+    assert result.error.period < (1e-8 if amplitude < 99.95 else 1e-5)
 
 
 @pytest.mark.parametrize("accuracy", ["confirm", "audit"])
 def test_a_confirmed_period_has_an_error_of_its_own(accuracy):
-    found = near_a_stall(50.0, accuracy=accuracy)
+    result = near_a_stall(50.0, accuracy=accuracy)
     true = 4 / 15 * float(mpmath.ellipk(200 / 225))
-    assert abs(found.simulation.period / true - 1) <= found.error.period <= found.error.simulation
+    assert abs(result.simulation.period / true - 1) <= result.error.period <= result.error.simulation
 
 
 ROTOR: dict[str, Any] = {"inertia": [{"on": "crank", "value": 2.0}], "regime": {"speed": 10.0}}
@@ -266,18 +266,18 @@ def sized_moment(scene: dict[str, Any]) -> Any:
 
 def test_a_sine_crosses_zero_at_half_a_turn() -> None:
     load = [{"on": "crank", "torque": "100*sin(phi)"}]
-    found = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
-    assert 0.0 < found.error.angles < 1e-12
-    assert abs(found.areas[0].end - pi) <= found.error.angles
-    assert abs(found.angle_speed_max - pi) <= found.error.extremes
+    result = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
+    assert 0.0 < result.error.angles < 1e-12
+    assert abs(result.areas[0].end - pi) <= result.error.angles
+    assert abs(result.angle_speed_max - pi) <= result.error.extremes
 
 
 def test_a_jump_through_zero_is_known_to_rounding() -> None:
     load = [{"on": "crank", "torque": -100.0, "from": 1.0, "to": 2.0}]
-    found = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
-    assert found.angle_speed_max == 1.0
-    assert found.angle_speed_min == 2.0
-    assert found.error.extremes < 1e-14
+    result = sized_moment({**ROTOR, "load": load, "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.1}})
+    assert result.angle_speed_max == 1.0
+    assert result.angle_speed_min == 2.0
+    assert result.error.extremes < 1e-14
 
 
 def test_speeds_that_are_not_known_leave_angles_open() -> None:
@@ -305,10 +305,10 @@ def test_a_speed_that_has_settled_has_no_angle(steep: float) -> None:
         "flywheel": {"inertia": 0.1},
         "accuracy": {"rtol": 1e-10},
     }
-    found = sized_moment(scene)
-    assert abs(found.angle_speed_max - 0.62) <= max(1e-12, found.error.extremes)
-    assert (found.error.extremes > 1.0) == (steep > 10.0)
-    assert found.error.angles < 1e-12
+    result = sized_moment(scene)
+    assert abs(result.angle_speed_max - 0.62) <= max(1e-12, result.error.extremes)
+    assert (result.error.extremes > 1.0) == (steep > 10.0)
+    assert result.error.angles < 1e-12
 
 
 # The machine at a constant speed: where its net work is zero, what keeps it from that, and the cycle there.
@@ -333,9 +333,9 @@ def loaded(torque, drive):
 @settings(max_examples=8, deadline=None)
 @given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(0.01, 0.99))
 def test_a_straight_line_meets_the_mean_load(start, slope, share):
-    (found,) = speeds(loaded(f"{-2 * share * start!r}*(phi < pi)", f"{start!r} - {slope!r}*omega"))
-    assert found.stable
-    assert found.speed == pytest.approx((1 - share) * start / slope, rel=1e-12)
+    (result,) = speeds(loaded(f"{-2 * share * start!r}*(phi < pi)", f"{start!r} - {slope!r}*omega"))
+    assert result.stable
+    assert result.speed == pytest.approx((1 - share) * start / slope, rel=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.99, 1 - 1e-12])
@@ -343,23 +343,23 @@ def test_an_induction_motor_meets_a_load_twice(share):
     """The slips of 2 Tb s sb/(s² + sb²) = M are sb (Tb/M ± sqrt(Tb²/M² - 1))."""
     break_down, sb, top = 596.4, 0.1916, 50 * np.pi / 12
     scene = {key: regimes.TWO_SPEEDS[key] for key in ("parameters", "shafts", "drive")}
-    found = speeds(scene | {"load": [{"on": "crank", "torque": -share * break_down}]})
+    result = speeds(scene | {"load": [{"on": "crank", "torque": -share * break_down}]})
     slips = sb * (1 / share + np.array([1, -1]) * np.sqrt(1 / share**2 - 1))
     true = top * (1 - slips)
     within = true > 0
-    assert [item.stable for item in found] == [
+    assert [item.stable for item in result] == [
         stable for stable, inside in zip([False, True], within, strict=True) if inside
     ]
     close = 1e-12 if share < 0.999 else 1e-6 if share < 1 - 1e-9 else 2e-3  # two roots that near are told apart no better
-    assert_allclose([item.speed for item in found], true[within], rtol=close)
+    assert_allclose([item.speed for item in result], true[within], rtol=close)
 
 
 @pytest.mark.parametrize("gap", [0.2, 1e-4])
 def test_humps_that_reach_across_between_the_speeds_looked_at(gap):
     top = 7.7
-    found = speeds(loaded("-1", f"1 + (omega - {top - gap})*({top + gap} - omega)"))
-    assert_allclose([item.speed for item in found], [top - gap, top + gap], rtol=1e-12 / gap)
-    assert [item.stable for item in found] == [False, True]
+    result = speeds(loaded("-1", f"1 + (omega - {top - gap})*({top + gap} - omega)"))
+    assert_allclose([item.speed for item in result], [top - gap, top + gap], rtol=1e-12 / gap)
+    assert [item.stable for item in result] == [False, True]
     assert not speeds(loaded("-1", f"1 - (omega - {top})**2 - {gap}"))
 
 
@@ -369,9 +369,9 @@ def test_stretches_where_nothing_changes_are_not_searched(monkeypatch):
     summit = constant_speed.summit
     monkeypatch.setattr(constant_speed, "summit", lambda *a, **b: searched.append(a) or summit(*a, **b))
     for name in ("governor", "engine"):
-        (found,) = constant_speed.steady_speeds(moments_of(regimes.scene(name, inertia=0.3)))
-        assert found.stable
-        assert found.speed == pytest.approx(float(regimes.figures(name)["constant"]["speed"]), rel=1e-12)
+        (result,) = constant_speed.steady_speeds(moments_of(regimes.scene(name, inertia=0.3)))
+        assert result.stable
+        assert result.speed == pytest.approx(float(regimes.figures(name)["constant"]["speed"]), rel=1e-12)
     assert not searched
 
 
@@ -381,8 +381,8 @@ def test_the_cycle_at_constant_speed_is_that_of_the_references(name):
     true = regimes.figures(name)["constant"]
     machine = Machine(flywheel.load(regimes.scene(name, inertia=0.3)))
     if machine.scene.unknown is None and name != "unstable":
-        found, _ = constant_speed.operating_point(machine)
-        assert found == pytest.approx(float(true["speed"]), rel=1e-11)
+        result, _ = constant_speed.operating_point(machine)
+        assert result == pytest.approx(float(true["speed"]), rel=1e-11)
     cycle = constant_speed.resolve(machine, machine.mesh, float(true["speed"]))
     exchanged = float(true["work_exchanged"])
     assert abs(cycle.net) < 1e-8 * exchanged
@@ -487,9 +487,9 @@ def test_the_last_digits_of_the_speed_are_in_the_error_of_work_under_a_stiff_mot
         "load": [{"on": "crank", "torque": f"-{load} - {load}*sin(phi)"}],
         "drive": {"torque": f"{slope}*(20 - omega)"},
     }
-    found = flywheel.size(flywheel.load({**torques, "flywheel": {"inertia": 1.0}}), simulate=False)
-    true = abs(found.as_dict()["energy_fluctuation"] / (2 * load) - 1)
-    assert true <= found.error.work < 1e-6
+    result = flywheel.size(flywheel.load({**torques, "flywheel": {"inertia": 1.0}}), simulate=False)
+    true = abs(result.as_dict()["energy_fluctuation"] / (2 * load) - 1)
+    assert true <= result.error.work < 1e-6
 
 
 KEYS = {
@@ -537,10 +537,10 @@ def test_what_is_null_where():
     sizing = flywheel.size(flywheel.load(scenes.yoke()), simulate=False).as_dict()
     assert sizing["simulation"] is None
     assert sizing["error"]["simulation"] is None
-    given = flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False).as_dict()
-    assert given["irregularity"] is None
-    assert {key for key, value in given["flywheel"].items() if value is None} == FLYWHEEL - {"on", "inertia"}
-    assert given["simulation"]["irregularity"] > 0
+    inputs = flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False).as_dict()
+    assert inputs["irregularity"] is None
+    assert {key for key, value in inputs["flywheel"].items() if value is None} == FLYWHEEL - {"on", "inertia"}
+    assert inputs["simulation"]["irregularity"] > 0
     coasting = flywheel.load(scenes.rotor(drive={"torque": 0}, load=[], inertia=[{"on": "crank", "value": 1}]))
     assert flywheel.size(coasting).as_dict()["coefficient_of_energy"] is None
     nothing = scenes.rotor(load=[])
@@ -569,9 +569,9 @@ def test_parts_add_up_to_the_whole():
 
 def test_the_balance_is_solved_for_unless_given():
     scene = flywheel.load(scenes.yoke())
-    solved, given = flywheel.reduce(scene, [4.0]), flywheel.reduce(scene, [4.0], balance=100.0)
+    solved, inputs = flywheel.reduce(scene, [4.0]), flywheel.reduce(scene, [4.0], balance=100.0)
     assert_allclose(solved.moment, 500 / np.pi)
-    assert_allclose(given.moment, 100.0)
+    assert_allclose(inputs.moment, 100.0)
 
 
 def test_influence_coefficients_have_their_slopes():
@@ -613,11 +613,11 @@ def test_the_moment_at_a_speed_holds_loads_dampers_and_the_drive():
 
 def test_without_a_speed_it_is_the_one_asked_for_or_that_of_zero_net_work():
     scene = flywheel.load(regimes.scene("pump", inertia=5))
-    asked = flywheel.reduce(scene, PHI)
-    given = flywheel.reduce(scene, PHI, speed=4 * np.pi)
+    request = flywheel.reduce(scene, PHI)
+    inputs = flywheel.reduce(scene, PHI, speed=4 * np.pi)
     balance = float(regimes.figures("pump")["constant"]["balance"])
-    assert_allclose(asked.moment, given.moment)
-    assert_allclose(asked.moment_parts["drive"], balance, rtol=1e-9)
+    assert_allclose(request.moment, inputs.moment)
+    assert_allclose(request.moment_parts["drive"], balance, rtol=1e-9)
     free = flywheel.reduce(flywheel.load(regimes.scene("section-c", inertia=0)), PHI)
     assert_allclose(
         free.moment_parts["drive"], 10 - 2.387 * float(regimes.figures("section-c")["constant"]["speed"]), atol=1e-14
@@ -648,12 +648,12 @@ def test_work_left_over_is_an_error_of_angles_and_of_the_motion(asked):
     """M* = -100 sin(phi) + N/(2 pi): beside its extremes W falls by 50 d² (d in rad), and N may lie anywhere."""
     left, swing = 1.0, 200.0
     drive, load = {"torque": 100 + left / (2 * pi)}, [{"on": "crank", "torque": "-100*(1 + sin(phi))"}]
-    found = sized(scenes.rotor(drive=drive, load=load, flywheel=asked, accuracy={"closure": 0.01}))
-    errors = found.errors
+    result = sized(scenes.rotor(drive=drive, load=load, flywheel=asked, accuracy={"closure": 0.01}))
+    errors = result.errors
     assert (2 * left / 100) ** 0.5 <= errors["angles"] <= 0.2
     for name in ("angle_speed_max", "angle_speed_min"):  # energies are off by 2 N where the inertia is constant
         assert (4 * left / 100) ** 0.5 <= errors[name] <= 0.3
     wheels = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel")
     for name in wheels if "irregularity" in asked else ("simulation",):
         assert 0.99 * left / swing <= errors[name] <= 1.5 * left / swing
-    assert 0.99 * found.closure <= errors["work"] <= 1.5 * found.closure
+    assert 0.99 * result.closure <= errors["work"] <= 1.5 * result.closure

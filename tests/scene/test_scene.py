@@ -120,9 +120,9 @@ def test_a_scene_is_frozen_and_its_machine_pickles(source: Path | str) -> None:
     if scene.areas is None:
         machine = flywheel.Machine(scene)
         phi = np.linspace(0.01, 0.99, 7) * scene.cycle
-        found, expected = again(machine).reduce(phi), machine.reduce(phi)
-        np.testing.assert_array_equal(found.inertia, expected.inertia)
-        np.testing.assert_array_equal(found.moment, expected.moment)
+        result, expected = again(machine).reduce(phi), machine.reduce(phi)
+        np.testing.assert_array_equal(result.inertia, expected.inertia)
+        np.testing.assert_array_equal(result.moment, expected.moment)
 
 
 @pytest.mark.parametrize(
@@ -151,10 +151,10 @@ def test_motions_and_comparisons_pickle() -> None:
 
 @pytest.mark.slow
 def test_a_pool_sizes_scenes() -> None:
-    given, size = [read("rotor"), read("wheel")], partial(flywheel.size, accuracy="normal")
+    inputs, size = [read("rotor"), read("wheel")], partial(flywheel.size, accuracy="normal")
     with ProcessPoolExecutor(1, mp_context=get_context("forkserver")) as pool:
-        found = list(pool.map(size, given))
-    assert [one.flywheel for one in found] == [size(scene).flywheel for scene in given]
+        result = list(pool.map(size, inputs))
+    assert [one.flywheel for one in result] == [size(scene).flywheel for scene in inputs]
 
 
 # -- changes -------------------------------------------------------------------------------------------------------------

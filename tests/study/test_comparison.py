@@ -104,7 +104,7 @@ FEW = ("accumulated", "inertia", "plain", "exact", "collocation", "time stepping
 def few(monkeypatch, names=FEW):
     """Let the quickest methods be all there are, each run twice: no test hangs on how fast the machine is."""
     every = tradeoff.methods
-    monkeypatch.setattr(tradeoff, "methods", lambda asked: [own for own in every(asked) if own.name.startswith(names)])
+    monkeypatch.setattr(tradeoff, "methods", lambda request: [own for own in every(request) if own.name.startswith(names)])
     monkeypatch.setattr(tradeoff, "_REPEATS", 1)
     monkeypatch.setattr(tradeoff, "_ROUNDS", 2)
 
@@ -120,32 +120,32 @@ def found_and_true(request):
 
 
 def test_the_reference_is_true_within_its_doubt(found_and_true):
-    found, true = found_and_true
-    assert abs(found.reference.value - true) <= (found.reference.doubt + 4e-16) * max(true, found.scale)
+    result, true = found_and_true
+    assert abs(result.reference.value - true) <= (result.reference.doubt + 4e-16) * max(true, result.scale)
 
 
 def test_the_errors_are_true(found_and_true):
-    found, true = found_and_true
-    done = [row for row in found.rows if row.outcome == "done"]
-    assert found.complete
+    result, true = found_and_true
+    done = [row for row in result.rows if row.outcome == "done"]
+    assert result.complete
     assert len(done) >= 12
     for row in done:
-        own = abs(row.value - true) / max(abs(true), found.scale)
-        assert row.error == pytest.approx(own, rel=1e-9, abs=2 * found.reference.doubt)
+        own = abs(row.value - true) / max(abs(true), result.scale)
+        assert row.error == pytest.approx(own, rel=1e-9, abs=2 * result.reference.doubt)
 
 
 def test_a_method_keeps_what_its_error_says(found_and_true):
-    found, _ = found_and_true
-    for row in found.rows:
-        assert row.meets is (None if row.error is None else row.error + found.reference.doubt <= RTOL)
+    result, _ = found_and_true
+    for row in result.rows:
+        assert row.meets is (None if row.error is None else row.error + result.reference.doubt <= RTOL)
 
 
 def test_the_cheapest_keeps_it(found_and_true):
-    found, _ = found_and_true
-    kept = {row.name for row in found.rows if row.meets}
-    assert {found.cheapest, found.cheapest_promised, *found.level} <= kept
-    assert found.cheapest not in found.level
-    assert found.row(found.cheapest_promised).promised <= RTOL
+    result, _ = found_and_true
+    kept = {row.name for row in result.rows if row.meets}
+    assert {result.cheapest, result.cheapest_promised, *result.level} <= kept
+    assert result.cheapest not in result.level
+    assert result.row(result.cheapest_promised).promised <= RTOL
 
 
 def choice(monkeypatch, **times):
@@ -156,8 +156,8 @@ def choice(monkeypatch, **times):
         "tight": "exact, closed form, rtol 1e-06",
     }
 
-    def measured(found, budget, progress, spent):
-        by_name = {own.name: own for own in found}
+    def measured(result, budget, progress, spent):
+        by_name = {own.name: own for own in result}
         runs = [Run(by_name[names[key]], "done", TRUE * (1 + 1e-8), (seconds,)) for key, seconds in times.items()]
         return runs, False, 0.0
 
@@ -167,42 +167,42 @@ def choice(monkeypatch, **times):
 
 
 def test_the_fastest_is_chosen_and_the_fastest_promise_beside_it(monkeypatch):
-    found = choice(monkeypatch, grid=1e-4, loose=5e-4, tight=6e-4)
-    assert (found.cheapest, found.cheapest_promised) == ("plain grid, 36 angles", "exact, closed form, rtol 1e-06")
-    assert found.level == ()
+    result = choice(monkeypatch, grid=1e-4, loose=5e-4, tight=6e-4)
+    assert (result.cheapest, result.cheapest_promised) == ("plain grid, 36 angles", "exact, closed form, rtol 1e-06")
+    assert result.level == ()
 
 
 def test_of_those_that_are_level_one_that_promises_it_is_chosen(monkeypatch):
-    found = choice(monkeypatch, grid=5.9e-4, loose=5.9e-4, tight=6e-4)
-    assert found.cheapest == found.cheapest_promised == "exact, closed form, rtol 1e-06"
-    assert set(found.level) == {"plain grid, 36 angles", "exact, closed form, rtol 0.001"}
+    result = choice(monkeypatch, grid=5.9e-4, loose=5.9e-4, tight=6e-4)
+    assert result.cheapest == result.cheapest_promised == "exact, closed form, rtol 1e-06"
+    assert set(result.level) == {"plain grid, 36 angles", "exact, closed form, rtol 0.001"}
 
 
 def test_a_fast_method_that_misses_it_is_not_chosen(monkeypatch):
     monkeypatch.setattr(sys.modules[__name__], "TRUE", TRUE * (1 + 1e-5))
-    found = choice(monkeypatch, grid=1e-4, tight=6e-4)
-    assert (found.cheapest, found.cheapest_promised, found.level) == (None, None, ())
+    result = choice(monkeypatch, grid=1e-4, tight=6e-4)
+    assert (result.cheapest, result.cheapest_promised, result.level) == (None, None, ())
 
 
 def every_method(scene):
     machine = flywheel.Machine(flywheel.load(scene))
-    asked = Question.of(flywheel.size(machine, simulate=False))
-    return tradeoff.methods(asked), asked
+    request = Question.of(flywheel.size(machine, simulate=False))
+    return tradeoff.methods(request), request
 
 
 def test_every_family_has_its_place():
     """Over scenes whose torques depend on position alone, and on speed; none has a place that is no method's."""
-    asked = [rotor(), yoke(flywheel={"inertia": 300}), press(), rotor(drive={"torque": "100 - 4*omega"}, regime={})]
-    assert {own.family for scene in asked for own in every_method(scene)[0]} == set(FAMILIES)
+    request = [rotor(), yoke(flywheel={"inertia": 300}), press(), rotor(drive={"torque": "100 - 4*omega"}, regime={})]
+    assert {own.family for scene in request for own in every_method(scene)[0]} == set(FAMILIES)
 
 
 @pytest.mark.parametrize("scene", [rotor(), yoke(), yoke(flywheel={"inertia": 300})])
 def test_every_method_has_a_name_of_its_own(scene):
-    found, asked = every_method(scene)
-    names = [own.name for own in found]
+    result, request = every_method(scene)
+    names = [own.name for own in result]
     assert len(set(names)) == len(names) >= 30
-    assert len({own.label for own in found}) == len(names)
-    families = {own.family for own in found} | ({tradeoff.MULTIPLIERS} if answers.obstacle(asked.machine) else set())
+    assert len({own.label for own in result}) == len(names)
+    families = {own.family for own in result} | ({tradeoff.MULTIPLIERS} if answers.obstacle(request.machine) else set())
     assert {f"time stepping, {kind}" for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")} <= families
     assert {
         "accumulated areas",
@@ -214,8 +214,8 @@ def test_every_method_has_a_name_of_its_own(scene):
 
 
 def test_no_method_is_helped_by_what_another_evaluated():
-    found, _ = every_method(press())
-    again = [own for own in found if own.family == tradeoff.COLLOCATION]
+    result, _ = every_method(press())
+    again = [own for own in result if own.family == tradeoff.COLLOCATION]
     first, second = (run.evaluations for run in tradeoff.measured([again[0], again[0]], 10.0)[0])
     assert first == second > 0
 
@@ -231,8 +231,8 @@ def test_no_method_is_helped_by_what_another_evaluated():
 )
 def test_a_proof_is_a_method_or_says_why_it_is_none(scene, reason):
     extra("flint")
-    found, _ = every_method(scene)
-    run = tradeoff.measured([own for own in found if own.family == tradeoff.PROOF], 10.0)[0][0]
+    result, _ = every_method(scene)
+    run = tradeoff.measured([own for own in result if own.family == tradeoff.PROOF], 10.0)[0][0]
     assert (run.outcome, run.reason) == ("no answer" if reason else "done", reason)
     if not reason:
         true = answer(flywheel.size(flywheel.load(scene)))
@@ -248,10 +248,10 @@ def test_torques_that_depend_on_speed_have_a_reference_in_time(monkeypatch):
         "flywheel": {"irregularity": 0.01},
     }
     few(monkeypatch, ("exact, collocation, rtol 1e-06",))
-    found = flywheel.tradeoff(flywheel.load(scene), RTOL, budget=600.0)
-    assert "stepped in time" in found.reference.verified
-    assert found.reference.doubt < 1e-9
-    assert found.row("exact, collocation, rtol 1e-06").meets
+    result = flywheel.tradeoff(flywheel.load(scene), RTOL, budget=600.0)
+    assert "stepped in time" in result.reference.verified
+    assert result.reference.doubt < 1e-9
+    assert result.row("exact, collocation, rtol 1e-06").meets
 
 
 def test_a_machine_may_be_given():
@@ -323,10 +323,10 @@ def test_an_answer_has_its_times_and_evaluations():
         count(5)
         return 3.0
 
-    found = run_of(answer)
-    assert (found.outcome, found.value, found.evaluations) == (DONE, 3.0, 5)
-    assert len(found.times) == len(calls) - 1  # the first warms up
-    assert min(found.times) <= found.seconds <= max(found.times)
+    result = run_of(answer)
+    assert (result.outcome, result.value, result.evaluations) == (DONE, 3.0, 5)
+    assert len(result.times) == len(calls) - 1  # the first warms up
+    assert min(result.times) <= result.seconds <= max(result.times)
 
 
 def test_a_slow_method_is_run_once(monkeypatch):
@@ -355,8 +355,8 @@ def test_an_answer_that_is_not_finite_is_none():
 
 
 def test_a_method_ends_with_its_time():
-    found = run_of(endless, 0.01)
-    assert (found.outcome, found.value) == (OUT_OF_TIME, None)
+    result = run_of(endless, 0.01)
+    assert (result.outcome, result.value) == (OUT_OF_TIME, None)
 
 
 def test_finer_settings_of_a_method_that_took_too_long_are_not_begun():
@@ -388,9 +388,9 @@ def test_what_was_finished_before_an_interruption_stays():
 
 
 def test_progress_is_told_before_each():
-    told = []
-    tradeoff.measured([method(lambda: 1.0, "a"), method(lambda: 1.0, "b")], 10.0, lambda *where: told.append(where))
-    assert told == [(0, 2, "a"), (1, 2, "b")]
+    text = []
+    tradeoff.measured([method(lambda: 1.0, "a"), method(lambda: 1.0, "b")], 10.0, lambda *where: text.append(where))
+    assert text == [(0, 2, "a"), (1, 2, "b")]
 
 
 def timed(times, answer=lambda: 1.0):
@@ -400,10 +400,10 @@ def timed(times, answer=lambda: 1.0):
 def test_those_near_the_fastest_are_run_again_in_turns():
     order = []
     fast, near = timed((1e-3,), lambda: order.append("fast") or 1.0), timed((1.5e-3,), lambda: order.append("near") or 1.0)
-    found, stopped = tradeoff.decided([fast, near, timed((0.5,)), Run(method(endless), LEFT)])
+    result, stopped = tradeoff.decided([fast, near, timed((0.5,)), Run(method(endless), LEFT)])
     assert not stopped
     assert order == ["fast", "near"] * (len(order) // 2)
-    assert [len(run.times) for run in found] == [len(order) // 2] * 2
+    assert [len(run.times) for run in result] == [len(order) // 2] * 2
 
 
 def test_one_alone_is_not_run_again():
@@ -430,33 +430,33 @@ RESULT_LEFT = row("whole bond graph", "rtol 1e-06", None)
 
 
 def test_nothing_keeps_it():
-    found = compared(row("plain grid", "36 angles", 0.1))
-    assert found.sentence == "No method that was run keeps the relative error of 1e-06 on this scene."
+    result = compared(row("plain grid", "36 angles", 0.1))
+    assert result.sentence == "No method that was run keeps the relative error of 1e-06 on this scene."
 
 
 def test_the_cheapest_promises_it():
-    found = compared(GRID, EXACT, cheapest=EXACT.name, cheapest_promised=EXACT.name)
-    assert found.sentence.startswith(
+    result = compared(GRID, EXACT, cheapest=EXACT.name, cheapest_promised=EXACT.name)
+    assert result.sentence.startswith(
         "Cheapest that keeps a relative error of 1e-06 on this scene: exact, closed form, rtol 1e-06"
     )
-    assert "0.6 ms" in found.sentence
-    assert "no error estimate" not in found.sentence
+    assert "0.6 ms" in result.sentence
+    assert "no error estimate" not in result.sentence
 
 
 @pytest.mark.parametrize("best", [GRID, LOOSE])
 def test_the_cheapest_does_not_know_it(best):
-    found = compared(best, EXACT, cheapest=best.name, cheapest_promised=EXACT.name)
-    assert "the cheapest method that has one is exact, closed form, rtol 1e-06" in found.sentence
+    result = compared(best, EXACT, cheapest=best.name, cheapest_promised=EXACT.name)
+    assert "the cheapest method that has one is exact, closed form, rtol 1e-06" in result.sentence
 
 
 def test_none_that_promises_it_was_run():
-    found = compared(GRID, RESULT_LEFT, cheapest=GRID.name)
-    assert found.sentence.endswith("no method that has one was run to completion.")
+    result = compared(GRID, RESULT_LEFT, cheapest=GRID.name)
+    assert result.sentence.endswith("no method that has one was run to completion.")
 
 
 def test_those_that_are_level_are_named():
-    found = compared(LOOSE, EXACT, cheapest=EXACT.name, level=(LOOSE.name,), cheapest_promised=EXACT.name)
-    assert "level with it within the noise: exact, closed form, rtol 0.001." in found.sentence
+    result = compared(LOOSE, EXACT, cheapest=EXACT.name, level=(LOOSE.name,), cheapest_promised=EXACT.name)
+    assert "level with it within the noise: exact, closed form, rtol 0.001." in result.sentence
 
 
 @pytest.mark.parametrize(
@@ -478,10 +478,10 @@ def test_rows_are_found_by_name():
 
 
 def test_data_are_plain():
-    found = whole()
-    data = json.loads(json.dumps(found.as_dict()))
-    assert [entry["name"] for entry in data["rows"]] == [own.name for own in found.rows]
-    assert data["sentence"] == found.sentence
+    result = whole()
+    data = json.loads(json.dumps(result.as_dict()))
+    assert [entry["name"] for entry in data["rows"]] == [own.name for own in result.rows]
+    assert data["sentence"] == result.sentence
     assert data["reference"]["value"] == 2.0
 
 
@@ -495,28 +495,28 @@ def asked_and_sizing(scene):
 
 
 def test_a_sizing_asks_for_the_exact_flywheel():
-    asked, sizing = asked_and_sizing(yoke())
-    assert (asked.figure, asked.unit) == ("exact flywheel", "kg m²")
+    request, sizing = asked_and_sizing(yoke())
+    assert (request.figure, request.unit) == ("exact flywheel", "kg m²")
     assert answer(sizing) == sizing.flywheel.exact
-    assert asked.scale == pytest.approx(sizing.energy_fluctuation / (0.04 * sizing.speed**2), rel=1e-12)
+    assert request.scale == pytest.approx(sizing.energy_fluctuation / (0.04 * sizing.speed**2), rel=1e-12)
 
 
 def test_an_analysis_asks_for_the_irregularity():
-    asked, sizing = asked_and_sizing(yoke(flywheel={"inertia": 300}))
-    assert (asked.figure, asked.unit, asked.scale) == ("irregularity", "", 0.0)
+    request, sizing = asked_and_sizing(yoke(flywheel={"inertia": 300}))
+    assert (request.figure, request.unit, request.scale) == ("irregularity", "", 0.0)
     assert answer(sizing) == pytest.approx(sizing.run.irregularity, rel=1e-12)
 
 
 def test_errors_of_a_flywheel_near_nothing_are_relative_to_the_scale():
-    asked, _ = asked_and_sizing(yoke())
-    assert asked.error(1.01 * asked.scale, asked.scale) == pytest.approx(0.01)
-    assert asked.error(0.01 * asked.scale, 0.0) == pytest.approx(0.01)
-    assert asked.error(1.02 * 3 * asked.scale, 3 * asked.scale) == pytest.approx(0.02)
+    request, _ = asked_and_sizing(yoke())
+    assert request.error(1.01 * request.scale, request.scale) == pytest.approx(0.01)
+    assert request.error(0.01 * request.scale, 0.0) == pytest.approx(0.01)
+    assert request.error(1.02 * 3 * request.scale, 3 * request.scale) == pytest.approx(0.02)
 
 
 def test_inertia_on_a_shaft_goes_to_the_crank_by_the_square_of_its_ratio():
-    asked, _ = asked_and_sizing(shaper(flywheel={"irregularity": 0.1, "on": "bull"}))
-    assert asked.crank == 0.25
+    request, _ = asked_and_sizing(shaper(flywheel={"irregularity": 0.1, "on": "bull"}))
+    assert request.crank == 0.25
 
 
 # A time that is over ends what works, and only what is inside.
@@ -591,8 +591,8 @@ def test_an_analysis_is_that_of_a_script():
         middle = (low + high) / 2
         omega = speeds(middle)
         low, high = (middle, high) if max(omega) + min(omega) < 4 * pi else (low, middle)
-    wanted = 2 * (max(omega) - min(omega)) / (max(omega) + min(omega))
-    assert answers.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
+    expected = 2 * (max(omega) - min(omega)) / (max(omega) + min(omega))
+    assert answers.by_grid(own, COUNT) == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_error_goes_down_with_the_angles():

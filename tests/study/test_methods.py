@@ -33,21 +33,21 @@ def test_the_true_figure_is_within_the_doubt(name):
     scene, crank = machine.scene, machine.scene.flywheel_ratio**2
     if scene.irregularity is not None:
         value, doubt = (part / crank for part in answers.flywheel_inertia(machine))
-        wanted, scale = float(true["flywheel"]["exact"]), float(true["flywheel"]["approximate_total"])
+        expected, scale = float(true["flywheel"]["exact"]), float(true["flywheel"]["approximate_total"])
         value = max(value, 0.0)
     else:
         value, doubt = answers.irregularity(machine, (scene.inertia or 0.0) * crank)
-        wanted, scale = float(true["simulation"]["irregularity"]), 0.0
-    scale = max(abs(wanted), scale)
-    assert abs(value - wanted) <= doubt + HALF_A_DIGIT * scale
+        expected, scale = float(true["simulation"]["irregularity"]), 0.0
+    scale = max(abs(expected), scale)
+    assert abs(value - expected) <= doubt + HALF_A_DIGIT * scale
     assert doubt <= WIDE.get(name, 1e-13) * scale
 
 
 def test_gauss_is_exact_for_polynomials():
     powers = np.arange(48, dtype=np.longdouble)
     integrals = answers._WEIGHTS @ answers._NODES[:, None] ** powers
-    wanted = np.where(powers % 2 == 0, 2 / (powers + 1), 0)
-    assert np.abs(integrals - wanted).max() <= 8 * np.finfo(np.longdouble).eps
+    expected = np.where(powers % 2 == 0, 2 / (powers + 1), 0)
+    assert np.abs(integrals - expected).max() <= 8 * np.finfo(np.longdouble).eps
 
 
 # A cycle of the whole bond graph is that of the reduced machine.
@@ -57,8 +57,8 @@ MACHINE = Machine(flywheel.load(yoke()))
 TRIAL = Trial(inertia=300.0, balance=318.0, speed=6.3, states=(), period=1.0)
 
 
-def same(found, true):
-    return found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
+def same(result, true):
+    return result._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
 
 
 def test_it_agrees_to_its_tolerance():
@@ -83,8 +83,8 @@ def test_they_agree_to_their_tolerance():
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
     trial = Trial(inertia=40.0, balance=10.0, speed=12.0, states=(), period=0.52)
     true = answers.adaptive(built, "DOP853", 1e-8, True)(trial)
-    found = answers.by_multipliers(built, 1e-5, True)(trial)
-    assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-5)
+    result = answers.by_multipliers(built, 1e-5, True)(trial)
+    assert result._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -120,23 +120,23 @@ def verified(scene):
 
 
 def test_two_routes_that_agree():
-    asked, found = verified(yoke())
-    assert found.value == pytest.approx(353.52142732, rel=1e-10)
-    assert found.doubt < 1e-13
-    assert asked.sized
-    assert "within its estimate" in found.verified
+    request, result = verified(yoke())
+    assert result.value == pytest.approx(353.52142732, rel=1e-10)
+    assert result.doubt < 1e-13
+    assert request.sized
+    assert "within its estimate" in result.verified
 
 
 def test_two_routes_that_do_not(monkeypatch):
     monkeypatch.setattr(answers, "flywheel_inertia", lambda machine: (353.5214 * (1 + 1e-6), 1e-12))
-    _, found = verified(yoke())
-    assert found.doubt == pytest.approx(1e-6, rel=0.1)
-    assert "more than both estimates allow" in found.verified
+    _, result = verified(yoke())
+    assert result.doubt == pytest.approx(1e-6, rel=0.1)
+    assert "more than both estimates allow" in result.verified
 
 
 def test_a_flywheel_that_is_not_needed_is_none():
-    _, found = verified(yoke(inertia=[{"on": "crank", "value": 1000}]))
-    assert found.value == 0.0
+    _, result = verified(yoke(inertia=[{"on": "crank", "value": 1000}]))
+    assert result.value == 0.0
 
 
 def test_a_wheel_on_another_shaft_is_told_on_that():
@@ -145,32 +145,32 @@ def test_a_wheel_on_another_shaft_is_told_on_that():
 
 
 def test_torques_that_depend_on_speed_are_verified_in_time():
-    asked, found = verified(FAN)
-    assert not asked.sized
+    request, result = verified(FAN)
+    assert not request.sized
     # (J + I) omega omega' + 4 omega = 40 - 60 sin(phi), whose first harmonic at w = 10 is this but for about eps²
-    assert found.value == pytest.approx(2 * 60 / 10 / math.hypot(22 * 10, 4), rel=2e-3)
-    assert found.doubt < 1e-9
-    assert "stepped in time" in found.verified
+    assert result.value == pytest.approx(2 * 60 / 10 / math.hypot(22 * 10, 4), rel=2e-3)
+    assert result.doubt < 1e-9
+    assert "stepped in time" in result.verified
 
 
 @pytest.mark.parametrize("name", sample(["governor", "peaks", "dc-inductance", "constant-drive", "two-speeds-fast"], 5))
 @pytest.mark.parametrize("kind", ["sizing", "analysis"])
 def test_it_is_true_within_its_doubt(name, kind):
     case = regimes.CASES[name]
-    given = {"irregularity": case.irregularities[0]} if kind == "sizing" else {"inertia": case.inertias[0]}
-    asked, found = verified(regimes.scene(name, **given))
-    figures = regimes.figures(name)[kind][repr(*given.values())]
+    inputs = {"irregularity": case.irregularities[0]} if kind == "sizing" else {"inertia": case.inertias[0]}
+    request, result = verified(regimes.scene(name, **inputs))
+    figures = regimes.figures(name)[kind][repr(*inputs.values())]
     true = float(figures["inertia" if kind == "sizing" else "irregularity"])
-    assert asked.error(found.value, true) <= found.doubt + 2e-15
-    assert found.doubt < 1e-12
+    assert request.error(result.value, true) <= result.doubt + 2e-15
+    assert result.doubt < 1e-12
 
 
 def test_what_cannot_be_stepped_has_its_own_estimate(monkeypatch):
     size = answers.size
     monkeypatch.setattr(answers, "size", lambda machine, rtol, accuracy: size(machine, rtol, accuracy="normal"))
-    _, found = verified(FAN)
-    assert "by its own estimate alone" in found.verified
-    assert 0.0 < found.doubt < 1e-9
+    _, result = verified(FAN)
+    assert "by its own estimate alone" in result.verified
+    assert 0.0 < result.doubt < 1e-9
 
 
 # The search for a steady cycle, with cycles of whose motion a formula is known.
@@ -204,13 +204,13 @@ def by_energy(trial):
 
 
 def test_a_flywheel_is_found():
-    found = by_shooting(asked({"irregularity": 0.01}), by_energy, 1e-12)
-    assert found == pytest.approx(50 * pi / (0.01 * SPEED**2) - OWN, rel=1e-10)
+    result = by_shooting(asked({"irregularity": 0.01}), by_energy, 1e-12)
+    assert result == pytest.approx(50 * pi / (0.01 * SPEED**2) - OWN, rel=1e-10)
 
 
 def test_an_irregularity_is_found():
-    found = by_shooting(asked({"inertia": 13.0}), by_energy, 1e-12)
-    assert found == pytest.approx(50 * pi / (15 * SPEED**2), rel=1e-10)
+    result = by_shooting(asked({"inertia": 13.0}), by_energy, 1e-12)
+    assert result == pytest.approx(50 * pi / (15 * SPEED**2), rel=1e-10)
 
 
 def test_no_motion_is_no_answer():
@@ -264,9 +264,9 @@ def test_a_jump_within_a_step_takes_the_order():
 @pytest.mark.parametrize("name", answers.ADAPTIVE)
 def test_adaptive_rules_come_to_the_same_cycle(name):
     built, true = machine(JUMP), cycle(True)
-    found = answers.adaptive(built, name, 1e-8, True)(STEP_TRIAL)
-    assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
-    assert found.least <= min(STEP_TRIAL.speed, found.speed) <= max(STEP_TRIAL.speed, found.speed) <= found.greatest
+    result = answers.adaptive(built, name, 1e-8, True)(STEP_TRIAL)
+    assert result._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
+    assert result.least <= min(STEP_TRIAL.speed, result.speed) <= max(STEP_TRIAL.speed, result.speed) <= result.greatest
 
 
 @pytest.mark.parametrize("revolve", [answers.fixed, answers.adaptive])
@@ -290,5 +290,5 @@ def test_the_fastest_of_nearly_equal_lobes_is_found_among_many_steps():
     }
     built = machine(scene)
     sizing = flywheel.size(built, 1e-12, accuracy="normal")
-    found = by_shooting(Question.of(sizing), answers.fixed(built, "RK4", 720, True), 1e-9)
-    assert found == pytest.approx(sizing.simulation.irregularity, rel=1e-7)
+    result = by_shooting(Question.of(sizing), answers.fixed(built, "RK4", 720, True), 1e-9)
+    assert result == pytest.approx(sizing.simulation.irregularity, rel=1e-7)

@@ -596,8 +596,8 @@ def test_6_9_strokes_per_hour_and_drop_of_speed() -> None:
 
 def test_6_7_and_6_9_by_formula() -> None:
     case = inputs("sarkar-6.7")
-    given = press_work.energy_given(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
-    press = press_work.press_of(given, case["cycle_s"], case["cycle_s"] - case["t_recharge_s"])
+    source = press_work.energy_given(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    press = press_work.press_of(source, case["cycle_s"], case["cycle_s"] - case["t_recharge_s"])
     agree("sarkar-6.7", P_kW=press.power / 1000, E_J=press.energy)
     case = inputs("sarkar-6.9")
     press = press_work.press_at(case["E_J"], case["P_W"], case["t_s"])
@@ -643,9 +643,9 @@ def test_16_press_by_formula() -> None:
     speeds, inertia = Speeds(case["omega_max"], case["omega_min"]), case["I_lbf_s2_in"]
     agree("shigley-16-press", omega_mean=speeds.mean, Cs=speeds.irregularity)
     agree("shigley-16-press", E1=energy_given(inertia, speeds.low, 0.0), E2=energy_given(inertia, speeds.high, 0.0))
-    given = energy_given(inertia, *speeds)
-    agree("shigley-16-press", dE_exact=given)
-    assert inertia_for(given, speeds.mean, speeds.irregularity) == pytest.approx(inertia, rel=1e-12)
+    source = energy_given(inertia, *speeds)
+    agree("shigley-16-press", dE_exact=source)
+    assert inertia_for(source, speeds.mean, speeds.irregularity) == pytest.approx(inertia, rel=1e-12)
 
 
 # Single problems from other books: Norton, Uicker, and a quiz.

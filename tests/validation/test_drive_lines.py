@@ -35,8 +35,8 @@ def hoists(case: dict[str, Any]) -> dict[str, Any]:
 def test_geared_loads_each_with_its_losses(name: str) -> None:
     result = hoists(inputs(name))
     power = result["energy"]["mean_power"]
-    found = {"J": result["reduced_inertia"]["mean"], "T_Nm": result["balance"]["value"], "P_W": power, "P_kW": power / 1e3}
-    agree(name, **{key: value for key, value in found.items() if key in CASES[name]["computed"]})
+    outcome = {"J": result["reduced_inertia"]["mean"], "T_Nm": result["balance"]["value"], "P_W": power, "P_kW": power / 1e3}
+    agree(name, **{key: value for key, value in outcome.items() if key in CASES[name]["computed"]})
 
 
 def armature(case: dict[str, Any], *ratios: float) -> float:
@@ -58,11 +58,11 @@ def test_shigley_16_26_gears_of_one_stage() -> None:
 
 def test_shigley_16_28_gears_of_two_stages_in_series() -> None:
     case, true = inputs("shigley-16.28"), CASES["shigley-16.28"]
-    found = [armature(case, n, case["R"] / n) for n in case["n"]]
-    assert found == pytest.approx(true["computed"]["Ie"], rel=1e-12)
-    assert found == pytest.approx(true["printed"]["Ie"], rel=true["printed_rtol"])
+    result = [armature(case, n, case["R"] / n) for n in case["n"]]
+    assert result == pytest.approx(true["computed"]["Ie"], rel=1e-12)
+    assert result == pytest.approx(true["printed"]["Ie"], rel=true["printed_rtol"])
     best = true["computed"]["n_least"]
-    assert armature(case, best, case["R"] / best) < min(found)
+    assert armature(case, best, case["R"] / best) < min(result)
 
 
 def test_khurmi_3_18_mine_hoist_shaft_behind_shaft() -> None:
@@ -95,7 +95,7 @@ def test_khurmi_3_18_mine_hoist_shaft_behind_shaft() -> None:
 
 def test_bevan_2_11_car_on_its_gears() -> None:
     case = inputs("bevan-2.11")
-    found = []
+    result = []
     for gear, efficiency in zip(case["G"], case["eta"], strict=True):
         scene = {
             "shafts": {"engine": {"ratio": gear, "efficiency": efficiency}},
@@ -107,9 +107,9 @@ def test_bevan_2_11_car_on_its_gears() -> None:
             "regime": {"speed": 1},
             "flywheel": {"inertia": 0},
         }
-        found.append(flywheel.simulate(flywheel.load(scene), 0.0, 0.0, 2.0).omega[-1] / 2.0)
-    assert found == pytest.approx(CASES["bevan-2.11"]["computed"]["a"], rel=1e-9)
-    assert found == pytest.approx(CASES["bevan-2.11"]["printed"]["a"], rel=CASES["bevan-2.11"]["printed_rtol"])
+        result.append(flywheel.simulate(flywheel.load(scene), 0.0, 0.0, 2.0).omega[-1] / 2.0)
+    assert result == pytest.approx(CASES["bevan-2.11"]["computed"]["a"], rel=1e-9)
+    assert result == pytest.approx(CASES["bevan-2.11"]["printed"]["a"], rel=CASES["bevan-2.11"]["printed_rtol"])
 
 
 class Duty:
