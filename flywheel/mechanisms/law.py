@@ -34,7 +34,7 @@ class PositionCurve(Protocol):
 
     @property
     def switches(self) -> tuple[float, ...]:
-        """Those of them at which another formula begins, and 0."""
+        """Breakpoints at which another formula begins, and 0."""
         ...
 
     def jet(self, phi: Any, anchor: Any, ns: Any) -> Jet:
