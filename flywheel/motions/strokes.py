@@ -621,18 +621,15 @@ class Strokes:
         braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
         stiction = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
-        brake, moment = self.brake.torque, stiction.moment
-        if abs(moment) > brake * self.scene.shafts[self.brake.on] + stiction.friction:
+        brake, moment, ratio = self.brake.torque, stiction.moment, self.scene.shafts[self.brake.on]
+        if abs(moment) > brake * ratio + stiction.friction:
             defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
-            advice = "a larger torque, a counterbalance, or another stop_at"
+            advice = f"at least {(abs(moment) - stiction.friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
             raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that holds the crank at rest", advice)])
         return coasting, braking, brake_time, stiction.moment
 
     def inching(self, touch: float) -> float:
-        """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), with the driving side idling before.
-
-        The clutch acts for the touch, its `hold` and its `fall`; then the brake is applied.
-        """
+        """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), the driving side idling before."""
         rest = self.plan.stop_at
         legs, _ = self.engaged(_BELOW_IDLE * self.typical * self.ratio, rest, touch)
         return _last(self.braked_from(*self._ends(legs[-1])[1]))[0] - rest
@@ -642,10 +639,13 @@ class Strokes:
         goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, phi + TURN, -1.0)]
         braking = self._run(self.braked, Start(phi, omega, (), since), goals)
         if braking.goal != "stop":
-            left = _last(braking)[1] * _RPM
-            brake = self.brake.torque
-            defect = f"a brake of {brake:.5g} N m that leaves the crank at {left:.4g} rpm after a turn from {_at(phi)}"
-            raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that stops the crank", "a larger torque")])
+            left, brake, time = _last(braking)[1], self.brake.torque, float(braking.t[-1])
+            defect = (
+                f"a brake of {brake:.5g} N m that leaves the crank at {left * _RPM:.4g} rpm after a turn from {_at(phi)}, "
+                f"in {time:.4g} s"
+            )
+            advice = "a larger torque" if left >= omega else f"more than about {brake / (1.0 - (left / omega) ** 2):.3g} N m"
+            raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that stops the crank", advice)])
         return braking
 
 

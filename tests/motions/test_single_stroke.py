@@ -532,6 +532,24 @@ def test_what_does_not_work_is_refused_with_its_reason(changes, words):
         flywheel.single_stroke(flywheel.load(ROTOR).with_(changes))
 
 
+@pytest.mark.parametrize(
+    "load",
+    [
+        None,  # a brake of 5 N m does not stop the crank within a turn; one of 400 N m does not hold it under the load
+        [{"on": "crank", "torque": -450.0, "from": "330 deg", "to": "350 deg"}],
+    ],
+)
+def test_a_brake_too_weak_is_refused_with_the_torque_that_mends_it(load):
+    torque = 5.0 if load is None else 400.0
+    weak = {"brake.0.torque": torque, "load": load, "single_stroke.rate": "10 1/min"}
+    with pytest.raises(SceneError, match=r"leaves the crank|does not hold") as refused:
+        flywheel.single_stroke(flywheel.load(ROTOR).with_(weak), 1e-4, rates=False)
+    needs = float(re.search(r"(?:about|at least) ([\d.]+) N m", str(refused.value))[1])
+    assert needs > torque
+    enough = 2.0 * needs if load is None else 1.05 * needs  # it stops in half a turn, before the clutch would be released
+    flywheel.single_stroke(flywheel.load(ROTOR).with_(weak | {"brake.0.torque": enough}), 1e-4, rates=False)
+
+
 def test_a_rate_that_the_motor_does_not_keep_is_refused_with_one_that_it_keeps():
     weak = rotor(drive__torque="0.05*(40 - omega)")
     with pytest.raises(SceneError, match=r"at most about [\d.]+ strokes a minute, or a stronger motor") as refused:
