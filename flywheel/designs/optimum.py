@@ -428,9 +428,9 @@ class FigureFormula:
         """The values at designs."""
         if self.figure is not None:
             return np.asarray(values[NAMES.index(self.figure)])
-        known = self.fixed | dict(zip(family.paths, columns, strict=True))
+        names = self.fixed | dict(zip(family.paths, columns, strict=True))
         arguments = {
-            own: known[word] if word in known else values[NAMES.index(BY_NAME[word])] for word, own in self.names.items()
+            own: names[word] if word in names else values[NAMES.index(BY_NAME[word])] for word, own in self.names.items()
         }
         return np.asarray(self.expression.evaluate(arguments, np) + np.zeros(columns.shape[1]), dtype=float)
 

@@ -188,15 +188,18 @@ def stored_energy(
     own = own_coordinate(scene, positions)
     anchor, shape = machine.anchors(own), own.shape
 
-    def held(machine: Machine, at: Array) -> dict[str, Array]:
+    def stored(machine: Machine, at: Array) -> dict[str, Array]:
         chain = machine.kinematics
         return {
             name: 0.5 * part * pace**2 + np.zeros(shape) for name, part in chain.inertias(chain.flows(at, anchor)).items()
         }
 
-    energies, cycle = held(machine, own), machine.scene.cycle
+    energies, cycle = stored(machine, own), machine.scene.cycle
     others = zip(rounded_otherwise(machine), (1.0, 0.4), strict=True)
-    kinetic, errors = energies, spread(energies, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
+    kinetic, errors = (
+        energies,
+        spread(energies, [stored(other, beside(own, anchor, cycle, share)) for other, share in others]),
+    )
     if flywheel:
         kinetic[FLYWHEEL] = 0.5 * flywheel * scene.flywheel_ratio**2 * pace**2 + np.zeros_like(positions)
         errors[FLYWHEEL] = ROUNDINGS * ROUNDING * kinetic[FLYWHEEL]

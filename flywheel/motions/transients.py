@@ -198,7 +198,7 @@ def transient(
     setting = _setting(machine, drive, inertia, balance, sized or not dear)
     if goal.kind == "stop" and machine.has_joint_friction and not _is_pressed(setting.machine):
         defect = (
-            "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
+            "a stop of a machine whose joints carry inertia forces alone: friction that falls with the speed never stops it"
         )
         raise SceneError([Fault("until", defect, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
     goes_on = goal.kind == "time"  # through rests, back and forth
@@ -644,7 +644,10 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     if trail.stuck or at_rest or trail.goal == "stop":
         acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
         if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
-            return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} {unit} {at}"
+            return (
+                "creep",
+                f"never stops, because it is braked only by torques that grow with speed: {omega:.3g} {unit} {at}",
+            )
         states = trail.states(np.array([last]))
         why = ""
         if trail.stuck or setting.dynamics.holds:

@@ -412,7 +412,7 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
     tried: dict[bytes, Point] = {first.x.tobytes(): first}
     best = first
 
-    def known(x: Array) -> Point:
+    def point_at(x: Array) -> Point:
         nonlocal best
         key = np.clip(x, 0.0, 1.0).tobytes()
         if key not in tried:
@@ -421,23 +421,23 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
                 best = point
         return tried[key]
 
-    def held(j: int) -> dict[str, Any]:
+    def limit(j: int) -> dict[str, Any]:
         return {
             "type": "ineq",
-            "fun": lambda x: np.nan_to_num(-known(x).rows[j], nan=-_NO_VALUE),
-            "jac": lambda x: np.nan_to_num(-known(x).slopes[j]),
+            "fun": lambda x: np.nan_to_num(-point_at(x).rows[j], nan=-_NO_VALUE),
+            "jac": lambda x: np.nan_to_num(-point_at(x).slopes[j]),
         }
 
     options: Any = {
-        "jac": lambda x: np.nan_to_num(known(x).slopes[0] / size),
+        "jac": lambda x: np.nan_to_num(point_at(x).slopes[0] / size),
         "bounds": [(0.0, 1.0)] * len(first.x),
-        "constraints": [held(j) for j in range(1, len(first.rows))],
+        "constraints": [limit(j) for j in range(1, len(first.rows))],
         "method": "SLSQP",
         "options": {"maxiter": _STEPS, "ftol": _SLSQP_CHANGE},
     }
 
     def aim(x: Array) -> float:
-        return float(np.nan_to_num(known(x).rows[0] / size, nan=_NO_VALUE))
+        return float(np.nan_to_num(point_at(x).rows[0] / size, nan=_NO_VALUE))
 
     minimize(aim, first.x, **options)
     return best
