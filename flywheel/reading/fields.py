@@ -383,7 +383,9 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         percent = key.kind == "number" and key.range.high <= _LARGEST_SHARE and number >= _LEAST_PERCENT
         percent = percent and not (isinstance(value, str) and "%" in value) and number / 100 in key.range
         advice = f'write "{number:g} %"' if percent else ""
-        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", advice)
+        within = f"a value {key.range}{' ' + unit if unit else ''}"
+        within = "an angle from 0 to 360 deg" if unit == "rad" and TURN <= key.range.high < 1.001 * TURN else within
+        faults.add(path, show(value), within, advice)
         return None
     faults.quantities[path] = Quantity(value, number, dimension, key.many_turns)
     return number

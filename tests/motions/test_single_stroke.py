@@ -575,6 +575,7 @@ def test_a_rate_that_the_motor_does_not_keep_is_refused_with_one_that_it_keeps()
         ({"shafts.wheel.clutch": None}, "found no clutch"),
         ({"shafts.wheel.clutch.engage": "20 deg"}, "engage: found 20 deg, and stop_at at 0 deg"),
         ({"single_stroke.rate": "30 rpm"}, "single_stroke.rate: found"),
+        ({"brake.0.engage": "400 deg"}, 'engage: found "400 deg", expected an angle from 0 to 360 deg'),
         ({"single_stroke.continuous": 1.5}, "a whole number of strokes"),
         ({"shafts.wheel.clutch.torqe": 1.0}, 'did you mean "torque"'),
         ({"single_stroke.response": "1 s"}, "approach together with it"),

@@ -207,7 +207,7 @@ class InverterInduction(Induction):
         way, reach = np.where(speeds < self.field_speed, 1.0, -1.0), self._breakdown_reach
         share = self.torque_limit / self.mains.breakdown_torque
 
-        def less(u: Array) -> Array:
+        def less(u: Array) -> Any:
             return self.flux(speeds + way * u) ** 2 * 2.0 * u * reach / (u * u + reach * reach) < share
 
         low, greatest = np.zeros_like(speeds), np.minimum(reach, np.abs(speeds - self.field_speed))
