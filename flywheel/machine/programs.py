@@ -44,7 +44,7 @@ from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, jet_namespace, present
+from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present
 from flywheel.numerics.switching import SwitchingError, followed, narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Load, Scene, Table
@@ -639,8 +639,9 @@ def _on_record(scene: Scene, recorder: Recorder) -> Scene:
     """A scene with the numbers in its loads' expressions on record, so that nothing is calculated with them beforehand."""
 
     def lifted(node: expressions.Node) -> expressions.Node:
-        if node.op == "number" and not isinstance(node.number, Recorded) and node.number != int(node.number):
-            return node._replace(number=recorder.node(node.number))
+        if node.op == "number" and not is_recorded(node.number) and node.number != int(node.number):
+            number: Any = recorder.node(node.number)
+            return node._replace(number=number)
         return node._replace(args=tuple(map(lifted, node.args)))
 
     def changed(load: Load) -> Load:

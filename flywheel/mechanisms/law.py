@@ -211,7 +211,8 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
     law = output.law
     if foreign := sorted(law.names - {"phi", *parameters} | law.names & _OWN):
         raise SceneError([Fault(_key(output, path), f"an expression of {', '.join(foreign)}", "phi and parameters")])
-    if varying := [value for name, value in parameters.items() if name in law.names and is_recorded(value)]:
+    varying: list[Any] = [value for name, value in parameters.items() if name in law.names and is_recorded(value)]
+    if varying:
         plain = _curve(output, period, {name: present(value) for name, value in parameters.items()}, path)
         if not varying[0].recorder.exact or len(plain.switches) > 1:
             raise TypeError("parameters of a law whose pieces depend on them")

@@ -302,8 +302,8 @@ def _place(place: Any, number: Callable[[float], Any] = balls.constant) -> Any:
 def _unknowns(unknowns: Unknowns) -> Implicit:
     """The unknowns of a linkage over balls."""
     equations, count = unknowns.equations, unknowns.count
-    sides = (_over_balls(equations, count, jets=jets) for jets in (False, True))
-    return Implicit(*sides, _over_balls(equations), lambda x: unknowns(x)[: 2 * count])
+    sides, of_jets = (_over_balls(equations, count, jets=jets) for jets in (False, True))
+    return Implicit(sides, of_jets, _over_balls(equations), lambda x: unknowns(x)[: 2 * count])
 
 
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
