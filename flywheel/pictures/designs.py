@@ -239,7 +239,7 @@ def draw_optimum(result: Optimum) -> Figure:
     for k, (path, (low, high)) in enumerate(result.bounds.items()):
         share = 100.0 * (course.numbers[k] - low) / (high - low)
         value = result.numbers[path]
-        factor, unit = _SHOWN.get(result.units[path], (1.0, _unit(result.units[path])))
+        factor, unit = _AXIS_UNITS.get(result.units[path], (1.0, _unit(result.units[path])))
         quantity = f"{written(factor * value)}{'' if unit == '°' else ' '}{unit}"
         below.step(x[finite], share[leader][finite], where="post", color=colours[k % len(colours)], lw=1.6,
                    label=f"{short[path]} = {quantity}".rstrip())  # fmt: skip
@@ -283,7 +283,7 @@ _MANIFOLD = 10.0  # ratio of values from which on their contours are logarithmic
 _FEW, _FINER = 3000, 3  # designs between which contours are drawn more finely, and how often triangles are halved for it
 _DANGER = "approximate below exact: too light, danger"
 _COLOURS = "cividis"
-_SHOWN = {"rad/s": (RPM, "rpm"), "rad": (DEGREES, "°")}  # of a number in SI: factor and unit of its axis
+_AXIS_UNITS = {"rad/s": (RPM, "rpm"), "rad": (DEGREES, "°")}  # of a number in SI: factor and unit of its axis
 
 
 def plot_sweep(result: Sweep, path: str | Path) -> None:
@@ -293,7 +293,7 @@ def plot_sweep(result: Sweep, path: str | Path) -> None:
 
 def draw_sweep(result: Sweep) -> Figure:
     """The picture, not yet written anywhere."""
-    columns = {path: _SHOWN.get(result.units[path], (1.0,))[0] * column for path, column in result.columns.items()}
+    columns = {path: _AXIS_UNITS.get(result.units[path], (1.0,))[0] * column for path, column in result.columns.items()}
     result = replace(result, columns=columns)
     varied = [path for path, column in result.columns.items() if np.ptp(column) > 0.0]
     finite = np.isfinite(result.values[objective(result)])
@@ -307,7 +307,7 @@ def draw_sweep(result: Sweep) -> Figure:
 def _label(result: Sweep, name: str) -> str:
     words = FIGURES[name].about.partition(",")[0] if name in FIGURES else short_names(result.columns)[name]
     unit = result.units.get(name, "").replace("^2", "²")
-    unit = unit if name in FIGURES or unit not in _SHOWN else _SHOWN[unit][1]
+    unit = unit if name in FIGURES or unit not in _AXIS_UNITS else _AXIS_UNITS[unit][1]
     return f"{words}, {unit}" if unit else words
 
 

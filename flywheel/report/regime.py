@@ -18,7 +18,7 @@ from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Context, CyclePoint, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import MOST_DIGITS, Quantity
-from flywheel.sizing.findings import REPORT, shown
+from flywheel.sizing.findings import REPORT, rows_of
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import entries
 from flywheel.tables.scene import part_name
@@ -263,7 +263,7 @@ def areas(context: Context) -> Section | None:
                 context.of("coefficient_of_energy"),
             )
         )
-    rest = tuple((one.name, Formula(one.symbol), context.of(one.key)) for one, _value in shown(REPORT, sizing))
+    rest = tuple((one.name, Formula(one.symbol), context.of(one.key)) for one, _value in rows_of(REPORT, sizing))
     if rest:
         parts.append(Table(_("Further figures"), (_("quantity"), _("symbol"), _("value")), rest))
     return Section(_("Crossings, areas and accumulated areas"), tuple(parts))

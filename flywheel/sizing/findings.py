@@ -328,7 +328,7 @@ def finding(key: str) -> Finding:
     return next(one for one in FINDINGS if one.key == key)
 
 
-def shown(output: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
+def rows_of(output: str, sizing: Sizing) -> Iterator[tuple[Finding, float]]:
     """The figures of a sizing shown as ordinary rows, with their values."""
     for one in FINDINGS:
         if output in one.outputs and (value := one.of(sizing)) is not None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flywheel.language import number, use
 from flywheel.language import text as _
 from flywheel.numerics.units import MOST, columns, figure
-from flywheel.sizing.findings import FULL, shown
+from flywheel.sizing.findings import FULL, rows_of
 from flywheel.sizing.results import Sizing
 
 _FIVE = 5
@@ -208,7 +208,7 @@ def block(title: str, rows: Iterable[Row]) -> list[str]:
 def figures(sizing: Sizing) -> Iterator[Row]:
     """The figures of a sizing that the full listing shows as rows like any other, in English."""
     with use("en"):
-        for one, value in shown(FULL, sizing):
+        for one, value in rows_of(FULL, sizing):
             yield Row(one.name, figure(value, one.error(sizing)), one.beside or one.unit)
 
 

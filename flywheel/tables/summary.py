@@ -22,7 +22,7 @@ from flywheel.language import text as _
 from flywheel.numerics.cells import TIE
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import Scene
-from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, shown
+from flywheel.sizing.findings import KINDS, SUMMARY, Finding, finding, rows_of
 from flywheel.sizing.power_flow import can_lose
 from flywheel.sizing.results import Sizing
 from flywheel.tables import power
@@ -390,7 +390,7 @@ def _drive(sizing: Sizing, units: TradeUnits) -> Block:
     share = sizing.coefficient_of_energy
     note = "" if share is None else _("{share} of the drive's work", share=five_digits(share, fluctuation.error(sizing), 4))
     rows.append(_row(fluctuation, sizing, units, note))
-    rows += [_row(one, sizing, units) for one, _value in shown(SUMMARY, sizing)]
+    rows += [_row(one, sizing, units) for one, _value in rows_of(SUMMARY, sizing)]
     lines: list[str] = []
     if motor is not None and energy is not None:
         rows += _motor(sizing, motor, energy, units)
