@@ -254,7 +254,10 @@ def test_the_map_speaks_spanish_and_wants_to_be_asked_for(tmp_path):
     assert "momento de inercia" in output
     assert "par press.crank_pin" in output
     assert file.stat().st_size > 5_000
-    assert "--language es la lengua del mapa: añada --map" in run_graph(MACHINES / "press.toml", "--language", "es").output
+    assert (
+        "--language es la lengua del mapa y de la figura: añada --map o --plot"
+        in run_graph(MACHINES / "press.toml", "--language", "es").output
+    )
     assert "--format latex is for the table" in run_graph(MACHINES / "press.toml", "--map", "--format", "latex").output
 
 
