@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     )
     from flywheel.designs.catalogue import SuitableMotors, suitable_motors
     from flywheel.designs.optimum import Optimum, optimize
-    from flywheel.designs.pareto import ParetoFront, pareto
+    from flywheel.designs.pareto import pareto
     from flywheel.designs.sweep import sweep
     from flywheel.designs.sweep_results import Sweep
     from flywheel.designs.tolerance import Tolerance, tolerance
@@ -74,7 +74,7 @@ _HOMES = {
     "MachineState": "regime.state",
     "Motion": "motions.motion",
     "Optimum": "designs.optimum",
-    "ParetoFront": "designs.pareto",
+    "ParetoFront": "designs.sweep_results",
     "PowerFlow": "sizing.results",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",

@@ -565,12 +565,13 @@ def optimize(
     spare(scene, plot)
     with reported(scene):
         from flywheel.designs import optimum, pareto
+        from flywheel.designs.sweep_results import ParetoFront
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
         options: dict[str, Any] = {"over": over, "choose": choose, "subject_to": limits, "starts": starts, "seed": seed}
         machine_scene, options = loaded(scene), options | {"engine": engine, "jobs": jobs or 1, "progress": None}
-        result: optimum.Optimum | pareto.ParetoFront
+        result: optimum.Optimum | ParetoFront
         with _arguments(over, limits, choose, {"choose": None}):
             if several:
                 result = pareto.pareto(machine_scene, minimize, maximize=maximize, points=points, **options)
@@ -581,8 +582,8 @@ def optimize(
         if plot is not None:
             from flywheel.pictures import designs as picture
 
-            _drawn(picture.plot_front if isinstance(result, pareto.ParetoFront) else picture.plot_optimum, result, plot)
-        text = designs.front_text(result) if isinstance(result, pareto.ParetoFront) else designs.optimum_text(result)
+            _drawn(picture.plot_front if isinstance(result, ParetoFront) else picture.plot_optimum, result, plot)
+        text = designs.front_text(result) if isinstance(result, ParetoFront) else designs.optimum_text(result)
         show(encoded(result.as_dict(), indent=2) if as_json else text)
         for message in result.messages if as_json else ():
             click.echo(message, err=True)

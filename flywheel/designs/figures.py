@@ -5,12 +5,15 @@ Errors are those of `size`: relative to the larger of the figure and its scale, 
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
 from functools import partial
+from importlib.metadata import PackageNotFoundError, version
 from math import inf
 from typing import Any, NamedTuple, TypeVar
 
@@ -24,6 +27,7 @@ from flywheel.designs import motions
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import Structure, Structures
 from flywheel.numerics.cells import Index
+from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
@@ -446,3 +450,47 @@ def selection(there: Iterable[str], names: Sequence[str] = ()) -> list[str]:
     """The figures to be shown: those that are named, or the main ones."""
     own = list(there)
     return [name for name in names or MAIN if name in own] or own[:1]
+
+
+# -- files ----------------------------------------------------------------------------------------------------------------
+
+_NOT_COMPARED = ("title", "source", "file", "remarks", "given_as", "document")
+
+
+def own_version() -> str:
+    """The version of this package; "source" if it is not installed."""
+    try:
+        return version("flywheel-design")
+    except PackageNotFoundError:
+        return "source"
+
+
+def digest(scene: Scene) -> str:
+    """Digest of a scene, independent of its title, file and form of writing."""
+    made = hashlib.sha256()
+    for token in _tokens(scene):
+        made.update(token)
+    return made.hexdigest()
+
+
+def _tokens(value: Any) -> Iterable[bytes]:
+    if isinstance(value, Expression):
+        yield value.text.encode()
+    elif is_dataclass(value):
+        yield type(value).__name__.encode()
+        for field in fields(value):
+            if field.name not in _NOT_COMPARED:
+                yield from _tokens(getattr(value, field.name))
+    elif isinstance(value, Mapping):
+        for key in sorted(value):
+            yield f"{key}=".encode()
+            yield from _tokens(value[key])
+    elif isinstance(value, np.ndarray):
+        yield repr(value.shape).encode() + np.ascontiguousarray(value).tobytes()
+    elif isinstance(value, (tuple, list)):
+        yield b"("
+        for inner in value:
+            yield from _tokens(inner)
+        yield b")"
+    else:
+        yield repr(value).encode() + b";"

@@ -23,8 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.designs.figures import ENGINES, each_of, figures_of
-from flywheel.designs.sweep_results import digest, own_version
+from flywheel.designs.figures import ENGINES, digest, each_of, figures_of, own_version
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook

@@ -10,7 +10,6 @@ Source: Y. Haimes, L. Lasdon, D. Wismer, IEEE Transactions on Systems, Man, and 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
@@ -19,64 +18,15 @@ import numpy as np
 
 from flywheel.designs.figures import each_of
 from flywheel.designs.optimum import Combination, FigureFormula, Optimum, best_design, combinations_of
-from flywheel.designs.sweep_results import front
+from flywheel.designs.sweep_results import ParetoFront, ParetoPoint, front
 from flywheel.designs.variation import NAMES, Variation, limits_of
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import notebook
 from flywheel.numerics.arguments import brief, refuse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.reading.paths import by_path
 from flywheel.scene.scene import Scene
 
 _DIGITS = 9  # of figures by which two designs are one
-
-
-class ParetoPoint(NamedTuple):
-    """A design of the front: its figures in the order of the objectives, its numbers (SI), the choices as texts.
-
-    `confirmed` as of an `Optimum`.
-    """
-
-    values: tuple[float, ...]
-    numbers: dict[str, float]
-    choices: dict[str, str]
-    confirmed: bool
-
-
-@dataclass(frozen=True, repr=False)
-class ParetoFront:
-    """The front of several objectives, ordered by the first; `greatest` is true for those that are maximized."""
-
-    scene: Scene
-    objectives: tuple[str, ...]
-    greatest: tuple[bool, ...]
-    units: tuple[str, ...]
-    points: tuple[ParetoPoint, ...]
-    number_units: dict[str, str]
-    searches: int
-    messages: tuple[str, ...] = ()
-    interrupted: bool = False
-
-    def __repr__(self) -> str:
-        """Number of designs, and the objectives."""
-        names = ", ".join(self.objectives)
-        return f"ParetoFront({notebook.quoted(self.scene.title)}{len(self.points)} designs by {names})"
-
-    def as_dict(self) -> dict[str, Any]:
-        """The front for JSON, SI throughout."""
-        senses = ["greatest" if greatest else "least" for greatest in self.greatest]
-        return {
-            "title": self.scene.title,
-            "objectives": [
-                {"name": name, "sense": sense, "unit": unit}
-                for name, sense, unit in zip(self.objectives, senses, self.units, strict=True)
-            ],
-            "points": [point._asdict() | {"values": list(point.values)} for point in self.points],
-            "units": self.number_units,
-            "searches": self.searches,
-            "interrupted": self.interrupted,
-            "messages": list(self.messages),
-        }
 
 
 class _Task(NamedTuple):

@@ -10,10 +10,9 @@ import shutil
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,12 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.files import RefusalError, check, replacement
-from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Array, Batch
+from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Array, Batch, digest, own_version
 from flywheel.designs.variation import BY_NAME
 from flywheel.machine.loads import balance_unit
 from flywheel.machine.machine import Machine
 from flywheel.numerics import notebook
-from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.reading.paths import dotted, numbers, with_numbers
 from flywheel.scene.scene import Scene, read_only
@@ -38,7 +36,6 @@ _BLOCK = 100_000  # numbers of an array that are taken at a time
 _MAPPED = 1_000_000  # designs from which figures of a sweep with a file stay on the disk until they are wanted
 _MOST_HEADER = 100_000  # letters of its first line
 _PAIRS = 10_000  # of points that are compared at once
-_NOT_COMPARED = ("title", "source", "file", "remarks", "given_as", "document")
 WAYS = {0: "many at once", 1: "refined", 2: "one by one", 3: "refused", MISSING: "missing"}
 _CHECKED_FIGURES = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel", "irregularity", "accumulated_max")
 
@@ -731,14 +728,6 @@ def _value(key: str, value: Any) -> str:
 _OTHER = "give another file, or remove this one"
 
 
-def own_version() -> str:
-    """The version of this package; "source" if it is not installed."""
-    try:
-        return version("flywheel-design")
-    except PackageNotFoundError:
-        return "source"
-
-
 def head(plan: Plan) -> dict[str, Any]:
     """Header of a file: the sweep to which it belongs."""
     made = hashlib.sha256()
@@ -757,37 +746,57 @@ def head(plan: Plan) -> dict[str, Any]:
     }
 
 
-def digest(scene: Scene) -> str:
-    """Digest of a scene, independent of its title, file and form of writing."""
-    made = hashlib.sha256()
-    for token in _tokens(scene):
-        made.update(token)
-    return made.hexdigest()
-
-
-def _tokens(value: Any) -> Iterable[bytes]:
-    if isinstance(value, Expression):
-        yield value.text.encode()
-    elif is_dataclass(value):
-        yield type(value).__name__.encode()
-        for field in fields(value):
-            if field.name not in _NOT_COMPARED:
-                yield from _tokens(getattr(value, field.name))
-    elif isinstance(value, Mapping):
-        for key in sorted(value):
-            yield f"{key}=".encode()
-            yield from _tokens(value[key])
-    elif isinstance(value, np.ndarray):
-        yield repr(value.shape).encode() + np.ascontiguousarray(value).tobytes()
-    elif isinstance(value, (tuple, list)):
-        yield b"("
-        for inner in value:
-            yield from _tokens(inner)
-        yield b")"
-    else:
-        yield repr(value).encode() + b";"
-
-
 def objective(sweep: Sweep) -> str:
     """The figure by which designs are compared: the exact flywheel, or in an analysis the irregularity."""
     return "exact" if "exact" in sweep.names else "irregularity"
+
+
+# -- fronts ---------------------------------------------------------------------------------------------------------------
+
+
+class ParetoPoint(NamedTuple):
+    """A design of the front: its figures in the order of the objectives, its numbers (SI), the choices as texts.
+
+    `confirmed` as of an `Optimum`.
+    """
+
+    values: tuple[float, ...]
+    numbers: dict[str, float]
+    choices: dict[str, str]
+    confirmed: bool
+
+
+@dataclass(frozen=True, repr=False)
+class ParetoFront:
+    """The front of several objectives, ordered by the first; `greatest` is true for those that are maximized."""
+
+    scene: Scene
+    objectives: tuple[str, ...]
+    greatest: tuple[bool, ...]
+    units: tuple[str, ...]
+    points: tuple[ParetoPoint, ...]
+    number_units: dict[str, str]
+    searches: int
+    messages: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    def __repr__(self) -> str:
+        """Number of designs, and the objectives."""
+        names = ", ".join(self.objectives)
+        return f"ParetoFront({notebook.quoted(self.scene.title)}{len(self.points)} designs by {names})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The front for JSON, SI throughout."""
+        senses = ["greatest" if greatest else "least" for greatest in self.greatest]
+        return {
+            "title": self.scene.title,
+            "objectives": [
+                {"name": name, "sense": sense, "unit": unit}
+                for name, sense, unit in zip(self.objectives, senses, self.units, strict=True)
+            ],
+            "points": [point._asdict() | {"values": list(point.values)} for point in self.points],
+            "units": self.number_units,
+            "searches": self.searches,
+            "interrupted": self.interrupted,
+            "messages": list(self.messages),
+        }

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from flywheel.designs.figures import FIGURES, selection
 from flywheel.designs.optimum import Optimum
-from flywheel.designs.pareto import ParetoFront
-from flywheel.designs.sweep_results import Sweep, objective
+from flywheel.designs.sweep_results import ParetoFront, Sweep, objective
 from flywheel.designs.tolerance import Tolerance
 from flywheel.designs.variation import Sensitivities, change
 from flywheel.numerics.units import figure as number

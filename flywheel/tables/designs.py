@@ -15,8 +15,7 @@ import numpy as np
 from flywheel.designs.catalogue import MotorChoice, SuitableMotors
 from flywheel.designs.figures import ALONE, FIGURES, MAIN, REFINED, REFUSED, TRACED, selection
 from flywheel.designs.optimum import KeptLimit, Optimum
-from flywheel.designs.pareto import ParetoFront
-from flywheel.designs.sweep_results import Sweep, blocks, objective
+from flywheel.designs.sweep_results import ParetoFront, Sweep, blocks, objective
 from flywheel.designs.tolerance import QUANTILES, Sobol, Tolerance
 from flywheel.designs.variation import Derivative, Sensitivities, change
 from flywheel.numerics.units import aligned, columns, figure
