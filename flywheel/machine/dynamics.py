@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import Step
-from bondgraph.numerics import count, root
+from bondgraph.numerics import count, root, summits
 from bondgraph.reduction import Station
 from flywheel.machine.equation import alike, balanced, lost, passed_by, solved
 from flywheel.machine.machine import DRIVE, Anchor, Machine, Stage, circuit_of
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
 _FORCE_ROUNDING = 1e-12  # of the largest force, or rate: what is smaller has no sign
 _FACTOR_ROUNDS = 8  # rounds in which the sides of meshes and friction settle
+_NEAR_TOP = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
 
@@ -693,6 +694,30 @@ class Trail(NamedTuple):
         times = start + (end - start) * shares
         times[:, -1] = self.t[1:]
         return times.ravel(), np.repeat(np.arange(len(self.stretches)), shares.size)
+
+    def greatest(self, value: Callable[[Array, Index], Array]) -> tuple[float, float]:
+        """Time (s) and size of the greatest value along the motion, by its dense output.
+
+        `value` is that at times (s) and the stretches that they lie in. All maxima among instants within each step are
+        refined, each between its neighbours of the same step.
+        """
+        times, owners = self.within(NODES)
+        values = value(times, owners).reshape(len(self.stretches), -1)
+        times = times.reshape(values.shape)
+        walled = np.pad(values, ((0, 0), (1, 1)), constant_values=-np.inf)
+        tops = (values >= walled[:, :-2]) & (values >= walled[:, 2:])
+        tops &= values >= values.max() - _NEAR_TOP * (values.max() - values.min())
+        step, k = np.nonzero(tops)
+        low, high = times[step, np.maximum(k - 1, 0)], times[step, np.minimum(k + 1, times.shape[1] - 1)]
+
+        def along(grid: Array) -> Array:
+            return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
+
+        finer = summits(along, low, high, 33, 6)
+        best, sample = int(finer.value.argmax()), int(values.argmax())
+        if values.flat[sample] >= finer.value[best]:
+            return float(times.flat[sample]), float(values.flat[sample])
+        return float(finer.place[best]), float(finer.value[best])
 
     def gauss(self, end: float = np.inf) -> tuple[Array, Index, Array]:
         """Nodes (s) of Gauss' rule in every stretch up to a time, the stretches they belong to, and their weights (s)."""

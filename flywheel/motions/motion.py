@@ -6,7 +6,7 @@ In order: the motion as followed (`Motion`); samples, works, heats and greatest 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -34,14 +34,13 @@ from flywheel.sizing.results import Sizing
 
 __all__ = [
     "DRIVER", "TIME", "Driver", "Energy", "Motion", "Peak", "Peaks", "Samples", "Transient", "column",
-    "energy_of", "evenly", "extreme", "highest", "peak", "peaks_of", "regime_motion", "sampled", "samples_of", "speed_at",
+    "energy_of", "evenly", "highest", "peak", "peaks_of", "regime_motion", "sampled", "samples_of", "speed_at",
     "states_at", "steady_motion", "switching", "time_along", "works_of",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_NEAR_TOP = 0.02  # of the range of values: how far below the greatest instant another may be that is refined
 DRIVER, TIME = "driver", "time"  # variables of the horizontal axis
 
 
@@ -138,31 +137,6 @@ def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
 _TOPS = 64  # number of the highest samples that are refined
 
 _FINER, _ROUNDS = 33, 4  # times between the neighbours of a top, and how often they are laid closer
-
-
-def extreme(trail: Trail, value: Callable[[Array, Indices], Array]) -> tuple[float, float]:
-    """Time (s) and size of the greatest value along a motion, by its dense output.
-
-    `value` is that at times (s) and the stretches that they lie in. All maxima among instants within each step are refined,
-    each between its neighbours of the same step.
-    """
-    times, owners = trail.within(NODES)
-    values = value(times, owners).reshape(len(trail.stretches), -1)
-    times = times.reshape(values.shape)
-    walled = np.pad(values, ((0, 0), (1, 1)), constant_values=-np.inf)
-    tops = (values >= walled[:, :-2]) & (values >= walled[:, 2:])
-    tops &= values >= values.max() - _NEAR_TOP * (values.max() - values.min())
-    step, k = np.nonzero(tops)
-    low, high = times[step, np.maximum(k - 1, 0)], times[step, np.minimum(k + 1, times.shape[1] - 1)]
-
-    def along(grid: Array) -> Array:
-        return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
-
-    finer = summits(along, low, high, 33, 6)
-    best, sample = int(finer.value.argmax()), int(values.argmax())
-    if values.flat[sample] >= finer.value[best]:
-        return float(times.flat[sample]), float(values.flat[sample])
-    return float(finer.place[best]), float(finer.value[best])
 
 
 class Peak(NamedTuple):

@@ -13,7 +13,6 @@ from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
-from flywheel.motions.motion import extreme
 from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics.cells import Array, Index
 from flywheel.sizing.results import Trip
@@ -268,7 +267,7 @@ def _greatest(sides: list[Side], value: Callable[[Array], Array]) -> tuple[float
     def along(trail: Trail, factor: float) -> Callable[[Array, Index], Array]:
         return lambda times, owners: value(trail.states(times, owners)[1] * factor)
 
-    tops = [(extreme(trail, along(trail, factor)), begin) for trail, factor, begin in sides]
+    tops = [(trail.greatest(along(trail, factor)), begin) for trail, factor, begin in sides]
     return max(((most, begin + time) for (time, most), begin in tops), key=lambda top: top[0])
 
 

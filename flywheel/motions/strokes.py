@@ -21,7 +21,6 @@ from bondgraph.motion.stepping import Step
 from bondgraph.numerics import root
 from flywheel.machine.dynamics import NODES, Dynamics, Start, Stretch, Trail
 from flywheel.machine.machine import Anchor, Machine
-from flywheel.motions.motion import extreme
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import Fault, SceneError
@@ -570,7 +569,7 @@ class Strokes:
         bend = np.abs(np.diff(sampled, 2)).max(axis=1)  # beyond instants of a step its maximum is less than that
         if (sampled.max(axis=1) + bend).max() <= 0.0:
             return None
-        when, most = extreme(locked, excess)
+        when, most = locked.greatest(excess)
         if most <= 0.0:
             return None
         beyond = np.flatnonzero((excess(times, owners) > 0.0) | (times > when))  # of two sides of a jump, the latter
@@ -598,7 +597,7 @@ class Strokes:
 
     def greatest_passed(self, locked: Trail) -> float:
         """The greatest torque (N m), in size, that the locked clutch passes along a motion."""
-        return extreme(locked, lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))[1]
+        return locked.greatest(lambda times, owners: np.abs(self.locked_torque(locked, times, owners)))[1]
 
     def _stop(
         self, begin: tuple[float, float], time: float, brake_time: float | None
