@@ -547,10 +547,8 @@ def test_a_file_of_another_sweep_is_refused(rotors, whole, tmp_path):
 
 
 def test_a_file_of_another_version_is_refused(rotors, whole, tmp_path, monkeypatch):
-    from flywheel.designs import sweep_results
-
     whole.to_npz(tmp_path / "a.npz")
-    monkeypatch.setattr(sweep_results, "version", lambda name: "99.0")
+    monkeypatch.setattr(designs, "version", lambda name: "99.0")
     with pytest.raises(
         SceneError, match=r"another version of flywheel [\w.]+, expected one of this version of flywheel 99.0"
     ):
