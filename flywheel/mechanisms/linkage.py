@@ -221,7 +221,7 @@ class Unknowns:
         """Left sides, then their derivatives by the unknowns, from all unknowns, the driver's coordinate and the numbers."""
         recorder = Recorder()
         unknowns, psi = [recorder.input(name) for name in self.loops.names[1:]], recorder.input(self.loops.names[0])
-        own = {number.number: recorder.input(f"number {k}", number.value) for k, number in enumerate(self.numbers)}
+        own = {number.number: recorder.input(str(k), number.value) for k, number in enumerate(self.numbers)}
         equations = Equations(loops(_mapped(self._linkage, lambda number: own[number.number]), unit=1.0))
         z = np.array([[psi, *unknowns]], dtype=object)
         bases = equations.bases(z)
