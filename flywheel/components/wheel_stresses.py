@@ -130,7 +130,7 @@ def material(
 
 
 FEWEST, MOST = 3, 100
-"""How many arms a wheel may have."""
+"""Numbers of arms that a wheel may have."""
 
 
 class Arms(NamedTuple):

@@ -84,13 +84,13 @@ OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wh
 """Those of the wheel as built."""
 
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
-"""How a design was sized: with many at once, so and refined, one by one; refused; or not yet."""
+"""Ways in which a design is sized: with many at once, so and refined, one by one; refused; or not yet."""
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 
 ENGINES = ("numpy", "numba", "size")
-"""What sizes designs: many at once by numpy or numba, or `size` one by one."""
+"""Engines that size designs: many at once by numpy or numba, or `size` one by one."""
 
 
 _CACHED_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache

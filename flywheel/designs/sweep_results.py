@@ -675,7 +675,7 @@ class Store:
 
 
 UNWRITTEN = "cannot be written"
-"""What a message of a sweep says of a file after its name."""
+"""Words after the name of a file in a message of a sweep."""
 _WRITERS = {".csv": write_csv, ".parquet": write_parquet}
 
 

@@ -46,7 +46,7 @@ _JOINTS: Mapping[str, tuple[re.Pattern[str], Mapping[str, str]]] = MappingProxyT
         )
     }
 )
-"""Where an inserted text changes the words before it: pairs that no sentence of the language has, and what stands there."""
+"""Places where an inserted text changes the words before it: pairs that no sentence has, and their replacements."""
 
 _current: ContextVar[str] = ContextVar("language", default="en")
 _ENTRY = re.compile(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)^msgstr ((?:"(?:[^"\\]|\\.)*"\s*)+)', re.MULTILINE)

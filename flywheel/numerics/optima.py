@@ -243,7 +243,7 @@ Rows = Callable[[Array], Array]
 """At points (variables, points) the function and its constraints, to be 0 or below: (1 + constraints, points)."""
 
 KEPT = 1e-9
-"""How far a constraint, of the size of 1, may be above 0 and be kept."""
+"""Excess of a constraint, of the size of 1, over 0 with which it counts as kept."""
 _PENALTY = 1e3  # of a violated constraint, relative to the function's own size
 _NO_VALUE = 1e9  # value for SLSQP if there is none
 _STEPS, _BUNDLE = 60, 60  # of SLSQP; of linear programs

@@ -267,7 +267,7 @@ _LINES = (
     ("no_load_speed", "speed", "torque"),
     ("no_load_speed", "speed", "power"),
 )
-"""What a straight line follows from."""
+"""Data from which a straight line follows."""
 
 
 def _constant(item: Item, _: Path | None) -> Motor:
@@ -652,7 +652,7 @@ MOTORS = {
     )
     for motor, begin in _TYPES
 }
-"""What a motor may be: its keys, what makes it of them, its class, and how it begins on a form."""
+"""Types of motor: keys, the function that makes the motor of them, class, and the values on a new form."""
 TABLES = {"full_load": CURVE, "start": START, "inverter": INVERTER, "thermal": THERMAL}
 """Tables within a motor's own, by their keys."""
 

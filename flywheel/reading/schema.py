@@ -20,11 +20,11 @@ NAME_PATTERN = r"[^\W\d][\w-]*"
 """Names of shafts, mechanisms and outputs: a letter, then letters, digits, `_` or `-`."""
 
 MOST_TABLES = 1000
-"""How many tables an array of them, and how many keys a table, may hold."""
+"""Greatest numbers of tables in an array of them, and of keys in a table."""
 MOST_MECHANISMS = 100
-"""How many mechanisms a machine, and how many outputs a law, may have."""
+"""Greatest numbers of mechanisms in a machine, and of outputs of a law."""
 MOST_TURNS = 1000
-"""How many turns a mechanism, and how many repetitions a load, may make in a cycle."""
+"""Greatest numbers of turns of a mechanism, and of repetitions of a load, in a cycle."""
 
 
 class Section(NamedTuple):
@@ -364,7 +364,7 @@ LIMITS = Section(
         _limit("current_pulsation", "of the motor's current, peak to peak, over the rated one", "40 %"),
     ),
 )
-"""What `[flywheel.limits]` may hold, one at least."""
+"""Keys of `[flywheel.limits]`, one at least."""
 
 CLUTCH = Section(
     "shafts.NAME.clutch",
@@ -380,7 +380,7 @@ CLUTCH = Section(
         *_HEATS,
     ),
 )
-"""What the clutch of a shaft may hold."""
+"""Keys of the clutch of a shaft."""
 
 INNER = {"limits": LIMITS, "clutch": CLUTCH}
 """Tables within a table of the scene, by their names."""
@@ -404,11 +404,11 @@ SINGLE_STROKE_EXCLUDE = ("stroke", "duty", "areas")
 # The tables of a linkage
 
 MOST_BODIES = 50
-"""How many bodies, sides and ports a linkage may have."""
+"""Greatest number of bodies, sides and ports of a linkage."""
 MOST_JOINTS = 2 * MOST_BODIES
-"""How many joints, and how many couplings."""
+"""Greatest number of joints, and of couplings."""
 MOST_POINTS = 100
-"""How many points a body may have."""
+"""Greatest number of points of a body."""
 
 _POINTS = Key("points", "tables", "names of points, each with its [x, y] in the body's own frame")
 

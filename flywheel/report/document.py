@@ -313,7 +313,7 @@ _WHOLE = 14  # rows of a table that is not split between pages
 FIRST_LINE = "<!DOCTYPE html><!-- flywheel report -->"
 """By which a report is distinguished from other HTML files, which it never replaces."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:"
-"""What a browser may load for the file: nothing. It asks no network and runs no script."""
+"""Sources that a browser may load for the file: none. It asks no network and runs no script."""
 
 
 @cache

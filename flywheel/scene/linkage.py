@@ -201,7 +201,7 @@ def common_body(first: Joint, second: Joint) -> str:
 
 
 CRANK, STROKE = "crank", "slide"
-"""What the coordinate of a driver that turns, and of one that slides, is called where loads act on it."""
+"""Names, for loads that act on it, of the coordinate of a driver that turns, and of one that slides."""
 
 
 def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:

@@ -87,7 +87,8 @@ def _overview(motion: Kinematics, names: list[str]) -> list[str]:
         for name in listed
         for k, row in enumerate(_least_and_greatest(motion, name, _FEW_DIGITS))
     ]
-    more = f"{len(names) - len(listed)} more ports, and all" if len(names) > len(listed) else "all"
+    unlisted = len(names) - len(listed)
+    more = f"{unlisted} more port{'s' * (unlisted > 1)}, and all" if unlisted else "all"
     return [
         *columns(rows, ("", "", "least", "greatest")),
         *wrapped(

@@ -491,7 +491,7 @@ for name in ("duty", "wheel", "energy", "motors", "arm", "linkage", "report", "s
 assert not found, found
 assert settings() == before
 """
-"""What Python, numpy and the system are set to, before and after the import."""
+"""Settings of Python, numpy and the system, before and after the import."""
 
 
 def test_an_import_changes_nothing_outside_and_leaves_the_names_of_the_users_own_files_to_them(tmp_path: Path) -> None:

@@ -385,7 +385,7 @@ REFUSED = {
     "ten_thousand_waves_and_a_motor": "load[2].torque: found sin(1e4*phi): varies too fast for 10000 cells",
     "wave_too_fast_to_follow": "load[0].torque: found sin(exp(phi*3)): varies too fast for 10000 cells",
 }
-"""How the first fault of those that are refused begins; all others are sized."""
+"""Beginning of the first fault of those that are refused; all others are sized."""
 NOT_REACHED = ("balance_to_the_last_digit",)
 BY_CHANCE = ("a thousand jumps and a motor", "next_to_no_load", "layered_mesh", "steep_torque_of_speed")
 """Sized: whether as well as asked, the last digit of a speed decides."""

@@ -543,7 +543,7 @@ def _translating(linkage: Linkage) -> Iterator[tuple[str, str, float]]:
 # -- lifts of cams -----------------------------------------------------------------------------------------------------
 
 WINDOW = 0.1
-"""How far to each side (rad) a bound looks: within a step that is to be proven the cam turns no farther."""
+"""Reach of a bound to each side (rad): within a step that is to be proven the cam turns no farther."""
 
 _STRETCHES = 16  # between two breakpoints of a lift, at first
 _BINS = 720
