@@ -152,7 +152,7 @@ def quote(text: str) -> str:
 def coordinate_text(value: float, sliding: bool) -> str:
     """A driver's coordinate in words.
 
-    >>> told(0.19, True), told(3.141592653589793, False)
+    >>> coordinate_text(0.19, True), coordinate_text(3.141592653589793, False)
     ('0.19 m', '180 deg')
     """
     return f"{value:.10g} m" if sliding else f"{degrees(value):.10g} deg"
