@@ -27,6 +27,8 @@ TURN = 2 * math.pi
 _RTOL = 1e-12
 _TINY = 1e-40
 _POINTS = 6  # of Gauss' rule in a part of a step
+_PARTS = 96  # of a step: the greatest temperature is searched for at their ends
+_COARSE = 8  # parts at whose ends it is looked for first
 
 
 class Plan(NamedTuple):
@@ -187,7 +189,8 @@ class Run:
         nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
         times, lasting, losses = [], [], []
         for found, of in self.pieces:
-            edges = np.concatenate([np.linspace(*each, 13)[:-1] for each in zip(found.t[:-1], found.t[1:], strict=True)])
+            steps = zip(found.t[:-1], found.t[1:], strict=True)
+            edges = np.concatenate([np.linspace(*each, _PARTS + 1)[:-1] for each in steps])
             half = 0.5 * np.diff(edges, append=found.t[-1])[:, None]
             times.append((edges[:, None] + half * (1.0 + nodes)).ravel())
             lasting.append((half * weights).ravel())
@@ -204,8 +207,9 @@ def warmest(rated: Rated, period: float, times: Any, lasting: Any, losses: Any) 
             sum(r / tau * (lasting * losses) @ np.exp(-since / tau) / -math.expm1(-period / tau) for r, tau in rated.bodies)
         )
 
-    edges = np.concatenate(([0.0], np.cumsum(lasting.reshape(-1, _POINTS).sum(axis=1))))[:-1]
-    return max(map(rise, edges.tolist()))
+    edges = np.concatenate(([0.0], np.cumsum(lasting.reshape(-1, _POINTS).sum(axis=1))))[:-1].tolist()
+    best = max(range(0, len(edges), _COARSE), key=lambda k: rise(edges[k]))
+    return max(map(rise, edges[max(best - _COARSE, 0) : best + _COARSE + 1]))
 
 
 def returning(plan: Plan, w: float, phi: float) -> dict[str, float]:
