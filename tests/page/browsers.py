@@ -240,10 +240,20 @@ def expected(part: Locator) -> LocatorAssertions:
     return expect(part)
 
 
+_FRAMES = """() => Promise.race([
+  new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(on, 0, true)))),
+  new Promise((on) => setTimeout(on, 5000, false)),
+])"""
+
+
 def in_sight(page: Page) -> Page:
-    """The page once a frame has told its figures which of them are in sight."""
-    page.evaluate("() => new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(on))))")
-    return page
+    """The page once a frame has told its figures which of them are in sight; a browser that draws none is asked for one."""
+    for _ in range(5):
+        if page.evaluate(_FRAMES):
+            return page
+        page.bring_to_front()
+        page.screenshot()
+    raise AssertionError("the browser draws no frame")
 
 
 def picture(page: Page, name: str, **options: Any) -> None:
