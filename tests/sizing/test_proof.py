@@ -19,6 +19,7 @@ from mpmath import mp  # type: ignore[import-untyped]
 import flywheel
 from flywheel.language import use
 from flywheel.numerics import switching, units
+from flywheel.numerics.jets import Jet
 from flywheel.sizing import sizing
 from flywheel.tables import sizing as listing
 from flywheel.tables import summary
@@ -247,6 +248,40 @@ def test_ranges_of_lengths_of_a_linkage_hold_those_of_samples() -> None:
         assert all(wide[key][0] <= low and high <= wide[key][1] for key, (low, high) in one.items() if key != "speed")
     least, most = (one["flywheel.exact"], wide["flywheel.exact"])
     assert 0.0 < most[1] - most[0] < 1e-4 * least[0]
+
+
+def test_a_solution_over_a_wide_place_holds_those_at_its_ends() -> None:
+    flint, implicit = extra("flint"), extra("flywheel.numerics.implicit")
+
+    def square(z: Any, x: Any) -> Any:
+        return (z * z - x,)
+
+    root = implicit.Implicit(square, square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    with balls.precision(96, 2):
+        value, rate, slope = root(flint.arb(2.5, 0.3))
+        for x in (flint.arb("2.2"), flint.arb("2.8")):
+            assert value.contains(x.sqrt().mid())
+            assert rate.contains((1 / (2 * x.sqrt())).mid())
+            assert slope.contains((-1 / (4 * x * x.sqrt())).mid())
+
+
+def test_slopes_of_a_solution_follow_its_place_and_its_numbers() -> None:
+    flint, implicit = extra("flint"), extra("flywheel.numerics.implicit")
+
+    def sides(z: Any, x: Any, p: Any) -> Any:
+        return (z * z - p * x,)  # z = sqrt(p x)
+
+    root = implicit.Implicit(sides, sides, lambda z, x, p: (z * z - p * x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    two = flint.arb(2)
+    with balls.precision(96, 2):
+        value, rate, slope = root(Jet(two, flint.arb(3)), flint.arb(1))  # x rises by 3
+        assert value.first.contains((3 / (2 * two.sqrt())).mid())
+        assert rate.first.contains((-3 / (8 * two.sqrt())).mid())
+        assert slope.first.contains((9 / (32 * two.sqrt())).mid())
+        value, rate, slope = root(two, Jet(flint.arb(1), flint.arb(1)))
+        assert value.first.contains((two.sqrt() / 2).mid())
+        assert rate.first.contains((1 / (4 * two.sqrt())).mid())
+        assert slope.first.contains((-1 / (16 * two.sqrt())).mid())
 
 
 def test_the_assembly_of_a_linkage_decides_its_intervals() -> None:
