@@ -307,7 +307,8 @@ def tolerance_text(tolerance: Tolerance, names: Sequence[str] = ()) -> str:
     if tolerance.kept is not None:
         blocks.append(_limits_kept(tolerance))
     blocks += [_shares(tolerance, name) for name in kept if tolerance.spreads[name].shares]
-    said = [_sentence(message) for message in tolerance.messages]
+    said = [f"power: {FIGURES['power'].about.removeprefix('power ')}."] if "power" in kept else []
+    said += [_sentence(message) for message in tolerance.messages]
     if tolerance.refused:
         said.append(f"{tolerance.refused} of {count} samples are refused and left out, such as: {tolerance.reason}")
     return paragraphs((*blocks, [line for sentence in said for line in _wrapped(sentence)]))

@@ -67,6 +67,7 @@ def test_tolerance_of_intervals_and_of_deviations(scene):
         for line in result.stdout.splitlines()
     )
     assert max(map(len, result.stdout.splitlines())) <= 80
+    assert "power: of the drive at the mean of the extreme speeds." in result.stdout
     asked = ("--keep", "power<=1.6kW", "--quantile", 0.9)
     data = json.loads(
         run_design("tolerance", scene, "--vary", "load.0.torque=±2 N m", "--samples", 64, *asked, "--json").stdout
