@@ -241,6 +241,7 @@ def test_the_motion_of_a_linkage_has_the_intervals_of_the_same_mechanism_in_clos
     assert overlap(one.figures, two.figures)
 
 
+@pytest.mark.slow
 def test_ranges_of_lengths_of_a_linkage_hold_those_of_samples() -> None:
     wide = proven(jointed(com=["0.12 m", 0], points={"C": ["0.3 m ± 0.01 mm", 0]})).figures
     for rod in ("0.29999 m", "0.30001 m", "0.300003 m"):
