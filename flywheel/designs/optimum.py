@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.files import replacement
 from flywheel.designs.figures import ENGINES, digest, each_of, figures_of, own_version
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
@@ -293,13 +294,17 @@ class _Journal:
 
     def read(self) -> dict[tuple[tuple[str, str], ...], Alternative]:
         """The alternatives in the file, by their choices; SceneError if it belongs to another search."""
-        lines = self.file.read_text(encoding="utf-8").split("\n") if self.file.exists() else []
-        if lines and lines[0] != self.head:
+        text = self.file.read_text(encoding="utf-8", errors="replace") if self.file.exists() else self.head + "\n"
+        head, *whole = text[: text.rfind("\n") + 1].splitlines() or [text]  # a line that was not finished has no end
+        try:
+            alternatives = [Alternative(*json.loads(line)) for line in whole] if head == self.head else None
+        except (ValueError, TypeError):
+            alternatives = None
+        if alternatives is None:
             other, advice = "a file of another search", "give another file, or remove this one"
             raise SceneError([Fault(str(self.file), other, "one of this scene, with these options", advice)])
-        whole = lines[1:-1]  # a line that was not finished has no end
-        self.file.write_text("\n".join([self.head, *whole, ""]), encoding="utf-8")
-        alternatives = (Alternative(*json.loads(line)) for line in whole)
+        with replacement(self.file, "text") as fresh:
+            fresh.write_text("\n".join([head, *whole, ""]), encoding="utf-8")
         return {tuple(alternative.choices.items()): alternative for alternative in alternatives}
 
     def add(self, alternative: Alternative) -> None:

@@ -776,6 +776,15 @@ def test_a_choice_continues_from_the_combinations_of_its_file(tmp_path, monkeypa
         flywheel.optimize(scene, "exact", choose={"parameters.teeth": [30, 20]}, **options)
 
 
+@pytest.mark.parametrize("content", [b"", b"\x89PNG\r\n\x1a\n\x00", b"{}\nnonsense\n"])
+def test_a_file_that_is_no_search_is_refused_and_kept(content, tmp_path):
+    file = tmp_path / "choice.jsonl"
+    file.write_bytes(content)
+    with pytest.raises(flywheel.SceneError, match="a file of another search"):
+        flywheel.optimize(flywheel.load(ROTOR), "exact", choose={"regime.speed": [30, 20]}, resume=file)
+    assert file.read_bytes() == content
+
+
 def test_faults_of_choices():
     scene = flywheel.load(ROTOR | {"flywheel": ARMED | {"material": "carbon steel"}})
     for choose, told in (
