@@ -135,12 +135,12 @@ def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, 
         inputs = {path: each for path, each in written.items() if path not in fixed}
         return recorded(scene, tuple(inputs), [each.number for each in inputs.values()], zeros=True), inputs, fixed
 
-    try:
-        return structure()
-    except UnrecordedError as error:
-        if not windows:
-            raise UnprovenError(str(error.__cause__ or error)) from error
-        return structure(".phase")
+    for constant in ((), (".phase",)) if windows else ((),):
+        try:
+            return structure(*constant)
+        except UnrecordedError as error:
+            refusal = error
+    raise UnprovenError(str(refusal.__cause__ or refusal)) from refusal
 
 
 def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
