@@ -355,7 +355,6 @@ def worker_pool(workers: int) -> Iterator[Executor]:
 
 def _begin_work() -> None:
     """Makes a worker process leave Ctrl-C to its parent, and end whenever that ends."""
-    import os
     import signal
     from multiprocessing import connection, parent_process
     from threading import Thread
