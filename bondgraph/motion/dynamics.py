@@ -292,7 +292,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
             for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
                 joined(tail, head)
             for m in others:
-                slopes[n, m] = slopes[n, m] - ratio * slopes[name, m]
+                slopes[n, m] = _less(slopes[n, m], ratio * slopes[name, m])
         elements[name] = elements[name]._replace(law=_law_of(1 / pivot))
         slopes = {places: slope for places, slope in slopes.items() if name not in places}
     letter = {name: "p" if elements[name].kind == "I" else "q" for names in fields.values() for name in names}
@@ -331,6 +331,16 @@ def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any
             "matrix may: put an R, or a store of the other kind, between"
         )
     return slopes
+
+
+def _less(slope: Any, other: Any) -> Any:
+    """The difference of two slopes; 0 where nothing but rounding is left of it, which would tie ports that are apart."""
+    import sympy
+
+    left = slope - other
+    if other.free_symbols:
+        return left if sympy.cancel(sympy.nsimplify(left, rational=True)) != 0 else sympy.S.Zero
+    return left if abs(left) > _SINGULAR * abs(other) else sympy.S.Zero
 
 
 def _law_of(expression: Any) -> Any:

@@ -6,7 +6,7 @@ import sympy
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from bondgraph import Builder, C, GraphError, I, R, Se, Sf, as_data, from_data, linearize, simulate, state_equations
+from bondgraph import Builder, C, Dynamics, GraphError, I, R, Se, Sf, as_data, from_data, linearize, simulate, state_equations
 
 INDUCTANCE = np.array([[2.0, 1.0], [1.0, 3.0]])
 
@@ -57,6 +57,17 @@ def test_a_port_that_follows_keeps_its_own_displacement():
 def test_a_port_that_no_other_acts_on_is_a_plain_store():
     b = Builder().one("a").on("a", Se("u", 1.0)).field(I("F", [[9.0, 0.0], [0.0, 4.0]]), "a", "a")
     assert [b.build().constant(f"F_{k}") for k in (1, 2)] == [9.0, 4.0]
+
+
+def test_ports_that_only_rounding_ties_stay_apart():
+    """Ports 2 and 3 follow port 1; C13 = 0, which its inverse has to rounding: q1' = (C k)_1 e', e = k e1."""
+    matrix, k = np.array([[11.0, -2.0, 0.0], [-2.0, 14.0, 6.0], [0.0, 6.0, 7.0]]), np.array([1.0, 0.4, 0.4 / -0.7])
+    b = Builder().zero("n0").zero("n1").zero("n2").transform("n0", "n1", 2.5).transform("n1", "n2", -0.7)
+    graph = b.field(C("F", matrix), "n0", "n1", "n2").on("n0", R("r", 0.5), Sf("u", 1.0)).build()
+    first, whole = (matrix @ k)[0], k @ matrix @ k
+    rate = first * (1.0 - 1.3 / first / 0.5) / whole
+    assert_allclose(state_equations(graph).numeric()(0.0, [1.3]), [rate], rtol=1e-13)
+    assert_allclose(Dynamics(graph).rates(0.0, 1.3), [rate], rtol=1e-13)
 
 
 def test_ports_in_series_are_one_store():
