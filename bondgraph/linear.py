@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,11 +30,12 @@ from bondgraph.strokes import inputs as computed_from
 
 Array = NDArray[np.float64]
 
-_MOST = 60  # Newton's steps to an equilibrium
-_STEP, _SAME = 1e-6, 1e-9
+_MOST, _LESS = 60, 1e-3  # Newton's steps to an equilibrium; share of the rates that a whole one takes away, at least
+_STEPS = 10.0 ** np.arange(-3.0, -22.0, -3.0)  # of differences, to a state or to 1: of any mixture of units some are right
+_STEADY, _SAME = 1e-6, 1e-9
 _RANK = 1e-9  # of the greatest singular value
 _SUMS, _ROUNDING, _BALANCINGS = 1e-7, 1e-13, 20  # of rates by differences; of a state; iterations
-_KINK = 1e-3  # of the slopes: by how much those to both sides differ where a law has a kink
+_KINK, _BESIDE = 1e-3, 1e-9  # of the slopes, by which those to both sides differ at a kink; of a state, as near as it counts
 
 
 class Mode(NamedTuple):
@@ -87,23 +89,27 @@ class Linear:
 
     def zeros(self, u: str, y: str) -> NDArray[np.complex128]:
         """The values s at which input u has no effect on output y: det [[A - s, b], [c, d]] = 0."""
+        from scipy.linalg import matrix_balance, null_space
+
         b, c, d = self._between(u, y)
-        size = len(self.states)
-        shift = 0.7368 + 0.3j * max(1.0, float(np.abs(self.A).max(initial=0.0)))
-        whole = np.block([[self.A - shift * np.eye(size), b], [c, d]])
-        part = np.zeros((size + 1, size + 1))
-        part[:size, :size] = np.eye(size)
-        if not np.linalg.cond(whole) < 1.0 / np.finfo(float).eps:
+        degree = self._relative_degree(b, c, d)
+        if degree is None:
             return np.zeros(0, dtype=complex)
-        inverse = np.linalg.eigvals(np.linalg.solve(whole, part))
-        return np.asarray(shift + 1.0 / inverse[np.abs(inverse) > _RANK * np.abs(inverse).max(initial=0.0)], dtype=complex)
+        A, scale = matrix_balance(self.A, permute=False, separate=True)
+        b, c = b / scale[0][:, None], c * scale[0]
+        outward = [c @ np.linalg.matrix_power(A, k) for k in range(degree + 1)]  # y, y', ... by the states
+        gain = (outward[degree - 1] @ b)[0, 0] if degree else d[0, 0]
+        free = null_space(np.vstack(outward[:degree])) if degree else np.eye(len(A))  # where y and all these stay 0
+        return np.asarray(np.linalg.eigvals(free.T @ (A - b @ outward[degree] / gain) @ free), dtype=complex)
 
     def transfer(self, u: str, y: str) -> tuple[Array, Array]:
         """Numerator and denominator of y/u, coefficients of falling powers of s; the denominator is det(s - A)."""
         b, c, d = self._between(u, y)
         under = np.real_if_close(np.poly(self.A)) if self.states else np.ones(1)
         closed = np.real_if_close(np.poly(self.A - b @ c)) if self.states else np.ones(1)
-        return np.asarray(closed - under + d[0, 0] * under, dtype=float), np.asarray(under, dtype=float)
+        over, degree = closed - under + d[0, 0] * under, self._relative_degree(b, c, d)
+        over[: len(over) if degree is None else degree] = 0.0
+        return np.asarray(over, dtype=float), np.asarray(under, dtype=float)
 
     def response(self, u: str, y: str, omega: Any) -> NDArray[np.complex128]:
         """The complex ratio y/u at angular frequencies (rad/s), as a Bode diagram shows it: c (i w - A)^-1 b + d."""
@@ -165,6 +171,17 @@ class Linear:
             raise GraphError(self._improper(u))
         j, i = self.inputs.index(u), self.outputs.index(y)
         return self.B[:, j : j + 1], self.C[i : i + 1], self.D[i : i + 1, j : j + 1]
+
+    def _relative_degree(self, b: Array, c: Array, d: Array) -> int | None:
+        """How often y is to be differentiated until u is in it: the first of d, c b, c A b... that is not 0; None if all are."""
+        if d[0, 0]:
+            return 0
+        row, size = c, np.abs(c)
+        for degree in range(1, len(self.states) + 1):
+            if abs((row @ b)[0, 0]) > _ROUNDING * (size @ np.abs(b))[0, 0]:
+                return degree
+            row, size = row @ self.A, size @ np.abs(self.A)
+        return None
 
     def _improper(self, u: str) -> str:
         return (
@@ -325,6 +342,9 @@ def equilibrium(
     state = np.array([(start | dict(near or {}))[name] for name in names])
 
     begin, first = state, np.abs(at(state))
+    if not np.all(np.isfinite(first)):
+        values = ", ".join(f"{name} = {value:g}" for name, value in zip(names, state, strict=True))
+        raise GraphError(f"no equilibrium was sought: a law is not defined at {values}; give other states by near=")
     slopes, seen = np.zeros((len(names), len(names))), np.zeros((len(names), 0))
     for _ in range(_MOST):
         rest = at(state)
@@ -335,9 +355,10 @@ def equilibrium(
         sums /= np.abs(sums * columns).max(axis=1, initial=0.0)[:, None]
         whole = np.vstack([rows[:, None] * slopes, sums]) * columns
         missing = np.concatenate([rows * rest, sums @ (state - begin)])
-        step = -columns * np.linalg.lstsq(whole, missing, rcond=_RANK)[0]
-        while np.any(step) and not np.linalg.norm(rows * at(state + step)) < np.linalg.norm(rows * rest):
-            step = 0.5 * step if np.any(np.abs(step) > _ROUNDING * np.abs(state)) else 0.0 * step
+        step, part = -columns * np.linalg.lstsq(whole, missing, rcond=_RANK)[0], 1.0
+        most = np.linalg.norm(rows * rest)
+        while np.any(step) and not np.linalg.norm(rows * at(state + step)) < (1.0 - _LESS * part) * most:
+            part, step = 0.5 * part, 0.5 * step if np.any(np.abs(step) > _ROUNDING * np.abs(state)) else 0.0 * step
         state = state + step
         size = columns * np.abs(state / columns).max(initial=0.0)
         if np.all(np.abs(step) <= _SAME * np.abs(state) + _ROUNDING * size):
@@ -380,21 +401,39 @@ def _kept(rates: Array) -> Array:
 
 
 def _field(dynamics: Dynamics) -> Callable[[Array], Array]:
-    """The rates at t = 0 as a function of the state."""
+    """The rates at t = 0 as a function of the state; not a number where a law is not defined."""
     names, rates = dynamics.state.names, dynamics.rates
     anchors = [names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
-    return lambda values: np.array(rates(0.0, *values.tolist(), *values[anchors].tolist()), dtype=float)
+
+    def at(values: Array) -> Array:
+        try:
+            return np.array(rates(0.0, *values.tolist(), *values[anchors].tolist()), dtype=float)
+        except (GraphError, ValueError, ArithmeticError):
+            return np.full(values.size, np.nan)
+
+    return at
 
 
-def _slopes(at: Any, state: Array, side: float = 0.0) -> Array:
-    """The slopes of the rates by differences, to both sides or to one."""
-    columns = []
-    for k, value in enumerate(state):
-        step = np.zeros(state.size)
-        step[k] = _STEP * max(1.0, abs(value))
-        ahead, behind = at(state + step * (side >= 0.0)), at(state - step * (side <= 0.0))
-        columns.append((ahead - behind) / (step[k] * (2.0 if side == 0.0 else 1.0)))
-    return np.array(columns).T if columns else np.zeros((0, 0))
+def _differences(at: Callable[[Array], Array], state: Array) -> Array:
+    """The slopes of the rates by differences: of every step, to both sides, (steps, 2, rates, states)."""
+    slopes, rest = np.empty((_STEPS.size, 2, state.size, state.size)), at(state)
+    with np.errstate(all="ignore"):
+        for (j, step), (i, side), k in product(enumerate(_STEPS), enumerate((1.0, -1.0)), range(state.size)):
+            beside = state.copy()
+            beside[k] += side * step * max(1.0, abs(state[k]))
+            slopes[j, i, :, k] = (at(beside) - rest) / (beside[k] - state[k])
+    return slopes
+
+
+def _slopes(at: Callable[[Array], Array], state: Array) -> Array:
+    """The slopes of the rates by central differences, each state's with the longest step that a shorter one confirms."""
+    central = _differences(at, state).mean(axis=1)
+    with np.errstate(all="ignore"):
+        change = np.abs(np.diff(central, axis=0)).max(axis=1, initial=0.0) / np.abs(central[:-1]).max(axis=1, initial=1e-300)
+    change = np.where(np.isfinite(change), change, np.inf)
+    good = change <= _STEADY
+    best = np.where(good.any(axis=0), np.argmax(good, axis=0), np.argmin(change, axis=0))
+    return np.stack([central[j, :, k] for k, j in enumerate(best)], axis=1) if state.size else np.zeros((0, 0))
 
 
 def linearize(
@@ -431,7 +470,10 @@ def linearize(
     finish, twin, form = read.twin.finish, read.twin, read.form
     dynamics = Dynamics(graph, signals)
     names, states = dynamics.state.names, [finish(symbol) for symbol in read.state]
-    point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
+    try:
+        point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
+    except GraphError as error:
+        raise GraphError(f"{error}; or give a state to linearize at, by at=") from error
     plain = [e.name for e in graph.of_kind("Se", "Sf") if e.name in twin.own]
     symbols = {name: twin.own[name] for name in plain} | {name: finish(twin.places[name]) for name in graph.signals}
     refuse(_unknown(graph, names, point, inputs or (), outputs or (), symbols))
@@ -504,15 +546,17 @@ def _output_expression(read: Reading, form: Formulation, name: str, states: Mapp
 
 
 def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:
-    """Raises if the slopes of the rates to both sides differ."""
+    """Raises if the slopes of the rates to both sides differ, whatever the step."""
     names, at = dynamics.state.names, _field(dynamics)
     state = np.array([point[name] for name in names])
-    apart = np.abs(_slopes(at, state, 1.0) - _slopes(at, state, -1.0))
-    scale = np.abs(slopes).max(initial=0.0)
+    rows, columns = _balanced(slopes)
+    apart = rows[:, None] * np.abs(_differences(at, state) - slopes) * columns
+    apart = np.where(np.isfinite(apart), apart, np.inf).max(axis=(1, 2), initial=0.0)
     for k, name in enumerate(names):
-        if apart[:, k].max(initial=0.0) > _KINK * max(scale, 1e-300) and apart[:, k].max() > 10 * _STEP:
-            beside = [state + side * _STEP * max(1.0, abs(state[k])) * np.eye(len(names))[k] for side in (-1.0, 0.0, 1.0)]
-            walks = [Walk(dynamics.tables, 0.0, there.tolist(), {}) for there in beside]
+        near = _STEPS * max(1.0, abs(state[k])) >= _BESIDE * abs(state[k])
+        if apart[near, k].min() > _KINK:
+            step = _BESIDE * (abs(state[k]) or 1.0) * np.eye(len(names))[k]
+            walks = [Walk(dynamics.tables, 0.0, (state + side * step).tolist(), {}) for side in (-1.0, 0.0, 1.0)]
             ports = [p for p in (*dynamics.form.stores, *dynamics.form.acting) if isinstance(p.element.law, Function)]
             bends = [abs(float(np.diff([walk.value(p.output) for walk in walks], 2)[0])) for p in ports]
             where = dynamics.graph.where(ports[int(np.argmax(bends))].element.name) if any(bends) else "a law"

@@ -6,7 +6,21 @@ import sympy
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from bondgraph import Builder, C, Dynamics, GraphError, I, R, Se, Sf, as_data, from_data, linearize, simulate, state_equations
+from bondgraph import (
+    Builder,
+    C,
+    Dynamics,
+    GraphError,
+    I,
+    R,
+    Se,
+    Sf,
+    as_data,
+    from_data,
+    linearize,
+    simulate,
+    state_equations,
+)
 
 INDUCTANCE = np.array([[2.0, 1.0], [1.0, 3.0]])
 

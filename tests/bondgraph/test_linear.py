@@ -82,6 +82,41 @@ def test_what_no_motion_changes_is_that_of_the_start_in_an_equilibrium():
     assert_allclose(result["q_feedback spring.k"], valve["BALL"] * angle - result["spool.x"], rtol=1e-12)
 
 
+def test_states_of_any_size_have_an_equilibrium_and_slopes():
+    """A nanofarad beside a diode, and one whose voltage rises with the square of its charge, behind 1 kohm at 5 V."""
+    b = Builder().one("s").zero("n").bond("s", "n").on("s", Se("u", 5.0), R("r", 1e3))
+    graph = b.on("n", C("c", 1e-9), R("diode", lambda e: 1e-12 * (np.exp(e / 0.026) - 1.0))).build()
+    charge = equilibrium(graph)["q_c"]
+    current = 1e-12 * (np.exp(charge / 1e-9 / 0.026) - 1.0)
+    assert_allclose(5.0 - 1e3 * current, charge / 1e-9, rtol=1e-9)
+    assert_allclose(linearize(graph).A, [[-(1e-3 + (current + 1e-12) / 0.026) / 1e-9]], rtol=1e-9)
+    b = Builder().one("s").zero("n").bond("s", "n").on("s", Se("u", 5.0), R("r", 1e3))
+    graph = b.on("n", C("varactor", lambda q: 1e9 * q + 2e17 * q**2)).build()
+    charge = (np.sqrt(1e18 + 4e18) - 1e9) / 4e17
+    assert_allclose(equilibrium(graph)["q_varactor"], charge, rtol=1e-9)
+    assert_allclose(linearize(graph).A, [[-(1e9 + 4e17 * charge) / 1e3]], rtol=1e-9)
+
+
+def test_a_law_that_is_not_defined_at_the_start_is_no_equilibrium():
+    b = Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0), C("gas", lambda q: np.log(q)))
+    with pytest.raises(
+        GraphError, match=r"^no equilibrium was sought: a law is not defined at p_M = 0, q_gas = 0; give other"
+    ):
+        equilibrium(b.build())
+    assert_allclose(equilibrium(b.build(), near={"q_gas": 1.0})["q_gas"], np.exp(3.0), rtol=1e-9)
+
+
+def test_zeros_and_numerators_have_no_trace_of_rounding():
+    """Two masses on a spring and damper: the far one answers with one zero, at -k/d, the near one with two."""
+    b = Builder().one("a").zero("z").one("b").on("a", I("A", 1.0), Se("F", 1.0), R("ra", 0.2)).on("b", I("B", 2.0))
+    b.bond("a", "z").bond("z", "b").one("rate").bond("z", "rate").on("rate", C("k", stiffness=50.0), R("d", 0.3))
+    result = linearize(b.build(), at={}, outputs=["f_a", "f_b", "q_k"])
+    assert_allclose(result.zeros("F", "f_b"), [-50.0 / 0.3], rtol=1e-12)
+    assert_allclose(np.sort_complex(result.zeros("F", "f_a")), np.sort_complex(np.roots([2.0, 0.3, 50.0])), rtol=1e-12)
+    assert result.transfer("F", "f_b")[0][:2].tolist() == [0.0, 0.0]
+    assert_allclose(result.zeros("F", "q_k"), [0.0], atol=1e-12)
+
+
 def test_what_has_no_equilibrium_says_what_goes_on():
     falling = Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0)).build()
     with pytest.raises(GraphError, match=r"no equilibrium was found: p_M goes on changing, at a rate of 3"):
