@@ -173,7 +173,7 @@ class Linear:
         return self.B[:, j : j + 1], self.C[i : i + 1], self.D[i : i + 1, j : j + 1]
 
     def _relative_degree(self, b: Array, c: Array, d: Array) -> int | None:
-        """How often y is to be differentiated until u is in it: the first of d, c b, c A b... that is not 0; None if all are."""
+        """The first of d, c b, c A b... that is not 0: the derivative of y that u is in; None if all are 0."""
         if d[0, 0]:
             return 0
         row, size = c, np.abs(c)
@@ -505,11 +505,14 @@ def linearize(
 
 
 def _jacobian(rows: Sequence[Any], by: Sequence[Any], every: Sequence[Any] | None) -> Any:
-    """The slopes of expressions, with real symbols, because |x| has no slope otherwise.
+    """The slopes of expressions, with real symbols, because |x| has no slope otherwise; sign(x) has the slope 0.
 
     Those of straight lines through 0 in `every` symbol are their values at 1 and 0.
     """
     import sympy
+
+    def steps(part: Any) -> bool:
+        return isinstance(part, sympy.DiracDelta) or (isinstance(part, sympy.Derivative) and part.expr.func == sympy.sign)
 
     symbols = set(by).union(*(row.free_symbols for row in rows))
     slopes, real = {}, {symbol: sympy.Dummy(symbol.name, real=True) for symbol in symbols}
@@ -518,7 +521,7 @@ def _jacobian(rows: Sequence[Any], by: Sequence[Any], every: Sequence[Any] | Non
         smooth, used = row.xreplace(real) if every is None else row, row.free_symbols
         for j in (j for j, symbol in enumerate(by) if symbol in used):
             if every is None:
-                slope = smooth.diff(real[by[j]]).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero).xreplace(back)
+                slope = smooth.diff(real[by[j]]).replace(steps, lambda part: sympy.S.Zero).xreplace(back)
             else:
                 slope = row.xreplace({**still, by[j]: 1})
             slopes[i, j] = slope
@@ -556,8 +559,8 @@ def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) 
         near = _STEPS * max(1.0, abs(state[k])) >= _BESIDE * abs(state[k])
         if apart[near, k].min() > _KINK:
             step = _BESIDE * (abs(state[k]) or 1.0) * np.eye(len(names))[k]
-            walks = [Walk(dynamics.tables, 0.0, (state + side * step).tolist(), {}) for side in (-1.0, 0.0, 1.0)]
+            walks = [Walk(dynamics.tables, 0.0, (state + side * step).tolist(), {}) for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]
             ports = [p for p in (*dynamics.form.stores, *dynamics.form.acting) if isinstance(p.element.law, Function)]
-            bends = [abs(float(np.diff([walk.value(p.output) for walk in walks], 2)[0])) for p in ports]
+            bends = [float(np.abs(np.diff([walk.value(p.output) for walk in walks], 2)).max()) for p in ports]
             where = dynamics.graph.where(ports[int(np.argmax(bends))].element.name) if any(bends) else "a law"
             raise GraphError(f"linearize: {where} has a kink at {name} = {point[name]:g}, with another slope to either side")

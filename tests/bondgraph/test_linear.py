@@ -99,11 +99,16 @@ def test_states_of_any_size_have_an_equilibrium_and_slopes():
 
 def test_a_law_that_is_not_defined_at_the_start_is_no_equilibrium():
     b = Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0), C("gas", lambda q: np.log(q)))
-    with pytest.raises(
-        GraphError, match=r"^no equilibrium was sought: a law is not defined at p_M = 0, q_gas = 0; give other"
-    ):
+    with pytest.raises(GraphError, match=r"^no equilibrium was sought: a law is not defined at p_M = 0, q_gas = 0; give"):
         equilibrium(b.build())
     assert_allclose(equilibrium(b.build(), near={"q_gas": 1.0})["q_gas"], np.exp(3.0), rtol=1e-9)
+
+
+def test_dry_friction_that_slips_has_no_slope_and_at_rest_a_kink():
+    graph = Builder().one("x").on("x", I("m", 2.0), R("mu", lambda f: 4.0 * np.sign(f) + 0.5 * f * abs(f))).build()
+    assert_allclose(linearize(graph, at={"p_m": 6.0}).A, [[-1.5]])
+    with pytest.raises(GraphError, match=r"^linearize: R:mu \(bond 2\) has a kink at p_m = 0"):
+        linearize(graph, at={})
 
 
 def test_zeros_and_numerators_have_no_trace_of_rounding():
