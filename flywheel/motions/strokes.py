@@ -40,7 +40,7 @@ _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
 _IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
 _EVEN = 1e-3  # by which the rate of that may change over half of what is left
-_REGAINED = 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that the drive keeps
+_REGAINED = 0.999, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that is kept
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
@@ -349,12 +349,12 @@ class Strokes:
     ) -> Phases:
         """A stroke with its recovery: over the rest of the period, or until a speed (rad/s) is regained."""
         release_time, stop_time = legs[-1].end, brake_time + float(braking.t[-1])
-        lasting = self._period(stop_time) if regained is None else math.inf
+        start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
+        lasting = self._period(stop_time) if regained is None else math.inf if start.omega < regained else release_time
         if lasting < stop_time:
             defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
             raise SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
-        start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
             lasting = _RECOVERING * stop_time
@@ -363,7 +363,7 @@ class Strokes:
         recovery = self._run(self.driving, start, goals, lasting - release_time)
         if recovery.goal == "idle":
             recovery = self._idling(recovery, lasting - release_time)
-        if regained is not None and (recovery.goal != "speed" or not recovery.stretches):
+        if regained is not None and recovery.goal != "speed":
             defect = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
             raise SceneError([Fault("drive", defect, "a motor that does", "a stronger motor")])
         if regained is not None:
@@ -510,7 +510,8 @@ class Strokes:
                 f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
                 "while that still passes torque"
             )
-            raise SceneError([self._fault(defect, "a later engage of the brake, or a shorter hold and fall of the clutch")])
+            advice = "a later engage of the brake, or an earlier release or a shorter hold and fall of the clutch"
+            raise SceneError([self._fault(defect, advice)])
         if any(each.sense == 0 for each in before):
             defect = (
                 f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
@@ -552,7 +553,7 @@ class Strokes:
             defect = f"a machine that stalls at {_at(phi)}, {when:.4g} s after the clutch engaged"
             if locked.stuck is None and locked.goal is None:
                 defect = f"a machine that creeps at {_at(phi)} at {omega * _RPM:.3g} rpm, {when:.4g} s on"
-            advice = "a larger flywheel, a stronger motor, or more time between strokes"
+            advice = "a larger flywheel, a stronger motor, or more time between strokes if it had not recovered"
             expected = "a flywheel that carries the crank through the work"
             raise SceneError([Fault("flywheel.inertia", defect, expected, advice)])
         return locked
@@ -661,27 +662,26 @@ def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | No
     try:
         return fitted(strokes, guess, None, 1.0, earlier)[1]
     except SceneError as error:
-        fault, wheel = error.faults[0], strokes.scene.inertia  # of a wheel that is still sought no other rate is known
-        if strokes.plan.rate and wheel is not None and fault.path.startswith("single_stroke"):
-            raise _beyond_rate(strokes, fault) from None
-        raise
+        if not strokes.plan.rate or strokes.scene.inertia is None:  # of a wheel that is still sought no other rate is known
+            raise
+        raise SceneError([_beyond_rate(strokes, error.faults[0])]) from None
 
 
-def _beyond_rate(strokes: Strokes, fault: Fault) -> SceneError:
-    """The fault of a rate that is not kept, with the rate at which the drive brings the wheel back, from speeds tried."""
+def _beyond_rate(strokes: Strokes, fault: Fault) -> Fault:
+    """The fault of a stroke, with the rate at which the drive brings the wheel back if that is less, from speeds tried."""
     idle, rates = strokes.typical * strokes.ratio, list[float]()
     for share in _REGAINED:
         try:
             phases = strokes.stroke(share * idle, strokes.plan.stop_at, regains=True)
         except SceneError as error:
-            last = error
-            continue
+            last = error.faults[0]
+            if last.path == fault.path == "single_stroke.rate":  # the drive brings it back within the stroke
+                return fault._replace(advice=last.advice)
+            break
         rates.append(60.0 * strokes.plan.continuous / max(phases.period, phases.stop_time))
-    if not rates:  # no speed is regained
-        return last
-    if max(rates) < 60.0 * (strokes.plan.rate or 0.0):
-        fault = fault._replace(advice=f"at most about {max(rates):.3g} strokes a minute, or a stronger motor")
-    return SceneError([fault])
+    if max(rates, default=math.inf) < 60.0 * (strokes.plan.rate or 0.0):
+        return fault._replace(advice=f"at most about {max(rates):.3g} strokes a minute, or a stronger motor")
+    return fault
 
 
 def fitted(

@@ -627,11 +627,13 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
                 "approach together with it",
                 "the safety distance is approach times the stopping time",
             )
+    torque = clutch.fields["torque"]
+    static = torque if clutch.fields["static_torque"] is None else clutch.fields["static_torque"]
+    if torque is not None and static < torque:
+        clutch.add("static_torque", show(clutch.raw["static_torque"]), f"at least the {'torque'} of {torque:g} N m")
     if not (plan.clean and clutch.clean and brake.clean):
         return None
-    torque = clutch.fields["torque"]
     shared = ("rise", "fall", "heat_per_stroke", "heat_per_hour")
-    static = torque if clutch.fields["static_torque"] is None else clutch.fields["static_torque"]
     return SingleStroke(
         Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in (*shared, "hold"))),
         Brake(shaft, brake.fields["torque"], brake.fields["engage"], *(brake.fields[name] for name in shared)),

@@ -369,12 +369,12 @@ def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:
         if kind == "overcurrent":
             message = f"THE INVERTER TRIPS by overcurrent {at}: {value:.4g} times the rated current, above {limit:g}"
             if ramped:
-                yield f"{message}; a longer ramp, a torque_limit or a larger motor keeps the current down"
+                yield f"{message}; a longer ramp, a larger motor or (without two-axis) a lower torque_limit needs less"
                 continue
-            yield f"{message}; a torque_limit keeps the current down, a heavier flywheel or a larger motor needs less"
+            yield f"{message}; a heavier flywheel, a larger motor or (without two-axis) a lower torque_limit needs less"
         elif kind == "overvoltage":
             message = f'THE INVERTER TRIPS by overvoltage {at}: the motor returns {value:.4g} W, and braking is "none"'
             yield f'{message}; give it a resistor, braking = "regenerative", or a load that drives less'
         else:
             message = f"THE INVERTER TRIPS {at}: the motor returns {value:.4g} W, above the chopper_power of {limit:.4g} W"
-            yield f"{message}; give it a larger resistor, or a lower torque_limit"
+            yield f'{message}; give it a larger resistor, braking = "regenerative", or a load that drives less'

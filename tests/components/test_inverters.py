@@ -216,7 +216,7 @@ def test_overcurrent_tells_where():
     motor = sizing.scene.motor
     slowest = float(motor.current_share(sizing.run.speed_min))
     assert (trip.kind, trip.value) == ("overcurrent", pytest.approx(slowest, rel=1e-6))
-    assert "a torque_limit keeps the current down" in " ".join(sizing.messages)
+    assert "a lower torque_limit needs less" in " ".join(sizing.messages)
 
 
 # A start on the ramp of frequency.

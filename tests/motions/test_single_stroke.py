@@ -517,7 +517,7 @@ def test_idling_is_an_exponential_however_long_it_lasts():
         ({"load.0.torque": -3000.0, "shafts.wheel.clutch.static_torque": 9e9}, "stalls at crank angle 1"),
         ({"brake.0.torque": 1.0, "load": None}, "a brake of 1 N m that leaves the crank at"),
         ({"load.0": {"on": "crank", "torque": -450.0, "from": "330 deg", "to": "350 deg"}}, "400 N m that does not hold"),
-        ({"single_stroke.rate": "200 1/min"}, "rate: found a stroke that lasts .* at most"),
+        ({"shafts.wheel.clutch.static_torque": 119.0}, "static_torque: found 119.0, expected at least the torque of 120"),
         ({"drive.torque": "balance"}, "drive.torque"),
         ({"drive.torque": 5.0}, "does not depend on speed"),
         ({"flywheel.on": "crank"}, "flywheel.on: found a flywheel on crank, behind the clutch"),
@@ -548,6 +548,23 @@ def test_a_brake_too_weak_is_refused_with_the_torque_that_mends_it(load):
     assert needs > torque
     enough = 2.0 * needs if load is None else 1.05 * needs  # it stops in half a turn, before the clutch would be released
     flywheel.single_stroke(flywheel.load(ROTOR).with_(weak | {"brake.0.torque": enough}), 1e-4, rates=False)
+
+
+@pytest.mark.slow
+def test_a_rate_that_leaves_no_time_for_the_stroke_is_refused_with_one_that_does():
+    with pytest.raises(SceneError, match=r"rate: found a stroke that lasts .* fewer than [\d.]+ strokes") as refused:
+        flywheel.single_stroke(rotor(single_stroke__rate="200 1/min"), 1e-4, rates=False)
+    fewer = 0.999 * float(re.search(r"fewer than ([\d.]+)", str(refused.value))[1])
+    assert flywheel.single_stroke(rotor(single_stroke__rate=f"{fewer} 1/min"), 1e-4, rates=False).rate > 0.99 * fewer / 60
+
+
+@pytest.mark.slow
+def test_a_stroke_that_fails_because_the_motor_does_not_keep_the_rate_has_the_rate_as_its_remedy():
+    weak = rotor(drive__torque="0.03*(40 - omega)", load__0__torque=-300.0, single_stroke__rate="60 1/min")
+    with pytest.raises(SceneError, match=r"clutch.*at most about") as refused:
+        flywheel.single_stroke(weak, 1e-4, rates=False)
+    most = float(re.search(r"about ([\d.]+)", str(refused.value))[1])
+    flywheel.single_stroke(weak.with_({"single_stroke.rate": f"{0.9 * most} 1/min"}), 1e-4, rates=False)
 
 
 def test_a_rate_that_the_motor_does_not_keep_is_refused_with_one_that_it_keeps():
