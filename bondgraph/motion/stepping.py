@@ -195,7 +195,7 @@ def _explicit(
 
 
 def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Step]:
-    """Equal steps of a fixed-step method, the last one cut to end at `until`; between them, Hermite's cubic."""
+    """Equal steps of a fixed-step method, the last one cut to end at `until`; Hermite's cubic between (Euler's a line)."""
     tableau, rate = FIXED[method], field(t, state)
     count = max(1, int(np.ceil((until - t) / step * (1.0 - 1e-12))))
     origin = t
@@ -209,7 +209,8 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
                 f"the motion cannot be followed past t = {start:.9g} s: it is not finite; take shorter steps, or a "
                 "method for stiff equations that chooses its own (LSODA, Radau)"
             )
-        yield Step(hermite(float(start), float(end), state, after, rate, rate_after), float(start), float(end), after=after)
+        ends = ((after - state) / (end - start),) * 2 if len(tableau.nodes) == 1 else (rate, rate_after)  # a line of Euler's
+        yield Step(hermite(float(start), float(end), state, after, *ends), float(start), float(end), after=after)
         state, rate = after, rate_after
 
 

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, refuse
 from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.motion.algebra import Balance, settle
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
 from bondgraph.motion.walk import Walk
@@ -40,7 +41,6 @@ _JUMP = 1e-9  # of the law at 1: less is none
 _NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
 _AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
 _MOST_EVENTS = 20_000
-_STEPS = 4  # Newton's, of the states after an event
 _TIGHTEST, _FIRST, _PILOT = 1e-13, 0.002, 1e-4
 _MOST_RUNS = 10
 _LEAST_STEPS = 400  # of a run whose laws vary with time or displacements
@@ -301,36 +301,35 @@ class Switched:
         dynamics = self.dynamics(at)
         form = dynamics.form
         state = np.array([stored.get(name, 0.0) for name in dynamics.state.names])
-        if not form.followers and not form.massless:
+        if not form.stores or not (form.followers or form.massless):
             return state
+        size, names = len(form.stores), [form.state_name(p) for p in (*form.stores, *form.followers)]
         sign = [p.sign if p.element.kind == "I" else 1.0 for p in (*form.stores, *form.followers)]
-        size = len(form.stores)
-        own = np.array([0.0 if p.element.name in form.massless else sign[k] for k, p in enumerate(form.stores)])
-        before, targets = [stored.get(form.state_name(p), 0.0) for p in form.followers], state.copy()
+        own = [0.0 if p.element.name in form.massless else sign[k] for k, p in enumerate(form.stores)]
+        before, rest = [stored.get(name, 0.0) for name in names], state[size:].tolist()
+        largest = {x: max((abs(v) for n, v in zip(names, before, strict=True) if n[0] == x), default=0.0) for x in "fpq"}
+        scale = [largest[name[0]] or 1.0 for name in names[:size]]
 
-        def left(values: Array) -> Array:
-            walk = Walk(dynamics.tables, t, values.tolist(), {})
-            residuals = own * (values[:size] - targets[:size])
-            for k, port in enumerate(form.followers):
-                more = sign[size + k] * (float(walk.followed(k)) - before[k])
-                for column, gain in walk.gain[port.input].items():
-                    if column < size:
-                        residuals[column] += float(gain) * more
-            return np.asarray(residuals)
+        def balance(shares: list[float]) -> Balance:
+            values = [share * unit for share, unit in zip(shares, scale, strict=True)]
+            walk = Walk(dynamics.tables, t, [*values, *rest], {})
+            outputs = [walk.output_slopes(k) for k in range(size)]
+            residuals = [own[k] * (values[k] - before[k]) for k in range(size)]
+            slopes = [[own[i] if i == j else 0.0 for j in range(size)] for i in range(size)]
+            for k, (port, weight) in enumerate(zip(form.followers, walk.weights(), strict=True), start=size):
+                more = sign[k] * (float(walk.followed(k - size)) - before[k])
+                gains = {column: float(gain) for column, gain in walk.gain[port.input].items() if column < size}
+                for i, gain in gains.items():
+                    residuals[i] += gain * more
+                    for other, n, slope in ((g, n, s) for j, g in gains.items() for n, s in outputs[j].items()):
+                        slopes[i][n] += gain * weight * other * slope
+            rows = [[slope * unit / scale[i] for slope, unit in zip(slopes[i], scale, strict=True)] for i in range(size)]
+            return [residual / unit for residual, unit in zip(residuals, scale, strict=True)], rows
 
-        for _ in range(_STEPS):
-            missing = left(state)
-            steps = np.maximum(np.abs(state[:size]), 1.0)
-            slopes = []
-            for k in range(size):
-                moved = state.copy()
-                moved[k] += steps[k]
-                slopes.append((left(moved) - missing) / steps[k])
-            change = np.linalg.lstsq(np.array(slopes).T, -missing, rcond=None)[0] if size else np.zeros(0)
-            state[:size] += change
-            if not np.any(np.abs(change) > 1e-15 * np.abs(state[:size])):
-                break
-        return state
+        where = ", ".join(self.graph.where(p.element.name) for p in form.followers) or "the joint inertia"
+        start = [value / unit for value, unit in zip(state.tolist(), scale, strict=False)]
+        shares = settle(balance, size, (), where, start)
+        return np.array([*(share * unit for share, unit in zip(shares, scale, strict=True)), *rest])
 
     def settled(self, at: Mode, t: float, stored: Mapping[str, float]) -> tuple[Mode, Array]:
         """The mode that continues from the stores' present values: that given, or another if its conditions fail."""
@@ -475,8 +474,9 @@ class Switched:
         """The conditions of a mode as events of a step."""
         times = step.start + (step.end - step.start) * _WITHIN
         sizes = np.abs(self.margins(at, times, step.dense(times))[0]).max(axis=1)
-        for place, size in zip(beyond, sizes.tolist(), strict=True):
-            self.scale[place] = max(self.scale.get(place, 0.0), size)
+        for (k, state), size in zip(beyond, sizes.tolist(), strict=True):
+            for side in (state,) if self.switches[k] in self.dry else (0, 1):  # one condition, on either side
+                self.scale[k, side] = max(self.scale.get((k, side), 0.0), size)
         rounding = np.array([_NOTHING * self.scale[place] for place in beyond])
         return Events(lambda times, states: self.margins(at, times, states)[0], np.ones(len(beyond)), rounding=rounding)
 

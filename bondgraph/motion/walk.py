@@ -332,6 +332,15 @@ class Walk:
             slopes[k] = signs[k] * signs[-1] * partials[n]
         return slopes
 
+    def output_slopes(self, place: int) -> dict[int, Any]:
+        """The slopes of a store's output by the states of stores, at their places."""
+        port = self.form.stores[place]
+        if port.element.name in self.form.massless:
+            return {place: 1.0}
+        if self.graph.is_curve(port.element.name):
+            return self._slopes(port, self.state[place])
+        return {place: (port.sign if port.element.kind == "I" else 1.0) / self.graph.constant(port.element.name)}
+
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Calls a law, or records it where the walk is recorded; `results` is the length of the tuple that it returns."""
         node = next((a for a in arguments if isinstance(a, Recorded)), None)
@@ -701,7 +710,7 @@ class Walk:
             force.append(port.sign * self.value(port.input))
             if port.element.name not in form.massless and not self.graph.is_curve(port.element.name):
                 matrix[i][i] = self.graph.constant(port.element.name)
-        bias, weights = self._bias(), self._weights()
+        bias, weights = self._bias(), self.weights()
         for port, weight in zip(form.followers, weights, strict=True):
             gains = {at[k]: g for k, g in self.gain[port.input].items() if k in at}
             self._check_shares(port)
@@ -724,7 +733,7 @@ class Walk:
                 where, leads = (self.graph.where(p.element.name) for p in (port, other))
                 raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: put a C or I between")
 
-    def _weights(self) -> list[Any]:
+    def weights(self) -> list[Any]:
         """The inertia or compliance of every follower at its own momentum or displacement."""
         if self._weighed is None:
             self._weighed = [
@@ -765,12 +774,20 @@ class Walk:
             value, partials = self._partials(law, name, values[0])
             return [value - output], [[partials[own]]]
 
-        return settle(equation, 1, np.shape(output), self.graph.where(name))[0]
+        try:  # from where its tangent at 0 leads, whatever its scale
+            with np.errstate(all="ignore"):
+                at_rest, partials = self._partials(law, name, 0.0 * output)
+                near = (output - at_rest) / partials[own]
+        except (GraphError, ArithmeticError):
+            near = np.inf
+        return settle(equation, 1, np.shape(output), self.graph.where(name), [near] if np.all(np.isfinite(near)) else None)[
+            0
+        ]
 
     def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
         """The rate of the input of every follower, and its weight."""
         bias = self._bias()
-        for port, weight in zip(self.form.followers, self._weights(), strict=True):
+        for port, weight in zip(self.form.followers, self.weights(), strict=True):
             gains = self.gain[port.input].items()
             yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
 

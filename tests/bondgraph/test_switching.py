@@ -65,6 +65,36 @@ def test_equal_steps_pass_from_mode_to_mode_at_their_order(method, order):
     assert run.flow("m", 1.5)[0] == 0.0
 
 
+def test_inertias_of_a_curved_law_that_join_keep_their_momentum():
+    """p + q = 3 + 1, and after it p / (1 + p^2)^(1/2) = q / 2."""
+    b = Builder().one("a").one("b").zero("k", when=lambda t: t > 1.0).bond("a", "k").bond("k", "b")
+    graph = b.on("a", I("m", lambda p: p / np.sqrt(1.0 + p * p)), Se("F", 1.0)).on("b", I("n", 2.0)).build()
+    run = simulate(graph, 1.5, initial={"p_m": 3.0}, method="rk4", step=0.1)
+    after = [run.states(1.0 + 1e-9)[name][0] for name in ("p_m", "p_n")]
+    assert_allclose(sum(after), 4.0, rtol=1e-8)
+    assert_allclose(after[0] / np.hypot(1.0, after[0]), after[1] / 2.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("time", [0.7, 3e-6])
+def test_a_switch_closes_at_any_time_on_charges_of_any_size(time):
+    """4 nC of two capacitors of e = u + 0.2 u^3, 3 u + 0.5 u^3, u = q/1 nC."""
+    b = Builder().zero("x").zero("y").one("switch", when=lambda t: t > time).bond("x", "switch").bond("switch", "y")
+    b.on("x", C("one", lambda q: q / 1e-9 + 0.2 * (q / 1e-9) ** 3))
+    graph = b.on("y", C("two", lambda q: 3.0 * q / 1e-9 + 0.5 * (q / 1e-9) ** 3)).build()
+    run = simulate(graph, 2.0 * time, initial={"q_one": 4e-9}, method="rk2", step=0.5 * time)
+    assert [event.name for event in run.events] == ["switch"]
+    share = brentq(lambda u: u + 0.2 * u**3 - 3.0 * (4.0 - u) - 0.5 * (4.0 - u) ** 3, 0.0, 4.0)
+    assert_allclose(
+        [run.states(1.5 * time)[n][0] for n in ("q_one", "q_two")], [share * 1e-9, (4 - share) * 1e-9], rtol=1e-9
+    )
+
+
+def test_equal_steps_slip_from_rest():
+    graph = Builder().one("x").on("x", I("m", 1.0), Se("F", lambda t: 8.0 * t), R("mu", lambda f: 4.0 * np.sign(f))).build()
+    run = simulate(graph, 1.0, method="euler", step=1e-2)
+    assert_allclose([run.events[0].time, run.flow("x", 1.0)[0]], [0.5, 1.0], rtol=0.05)
+
+
 def test_a_mode_has_strokes_and_states_of_its_own():
     assert causality(mode(clutch(), clutch=False)).integral == ("J1", "J2")
     closed = mode(clutch(), clutch=True)
