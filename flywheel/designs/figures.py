@@ -138,14 +138,14 @@ def sized(
     )
     for structure, which in portions:
         try:
-            group = at_once(structure, columns[:, which], rtol, engine)
+            values, errors, halvings = at_once(structure, columns[:, which], rtol, engine)
         except KeyboardInterrupt:
             return batch._replace(interrupted=True)
-        every = (group.halvings >= 0).all()
-        rows: Any = slice(None) if every else group.halvings >= 0
+        every = (halvings >= 0).all()
+        rows: Any = slice(None) if every else halvings >= 0
         place: Any = slice(None) if every and which.size == batch.ways.size else which[rows]  # a structure's ascend
-        batch.ways[place] = np.where(group.halvings[rows] > 0, REFINED, TRACED)
-        for into, source in ((batch.values, group.values), (batch.errors, group.errors)):
+        batch.ways[place] = np.where(halvings[rows] > 0, REFINED, TRACED)
+        for into, source in ((batch.values, values), (batch.errors, errors)):
             for name, value in source.items():
                 into[name][place] = value[rows]
     left = np.flatnonzero(batch.ways == MISSING)
@@ -178,16 +178,13 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
 # -- designs of one structure, chunk by chunk ------------------------------------------------------------------------------
 
 
-class Chunks(NamedTuple):
-    """Figures of designs by their names with their errors, and the number of halvings of their cells; -1 if unknown."""
-
-    values: dict[str, Array]
-    errors: dict[str, Array]
-    halvings: NDArray[np.int8]
+AtOnce = tuple[dict[str, Array], dict[str, Array], NDArray[np.int8]]
 
 
-def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Chunks:
-    """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
+def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> AtOnce:
+    """Figures of designs by their names, their errors, and the number of halvings of each design's cells; -1 if unknown.
+
+    They are computed chunk by chunk, on cells that are halved until the error is within rtol/2.
 
     Unknown are those of designs whose error remains larger, with net work, at a constant speed, or with values that are not
     finite.
@@ -207,7 +204,7 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
 
         sums_of, size = kernels.sums, _MACHINE_CODE_CELLS
     threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
-    outcome = Chunks({}, {}, np.full(count, -1, np.int8))
+    outcome: AtOnce = {}, {}, np.full(count, -1, np.int8)
     left: Any = np.arange(count)
     for halvings in range(_HALVINGS + 1):
         most = size // structure.programs[-1][0].stop >> halvings
@@ -228,17 +225,17 @@ def _parts(which: Index, size: int, threads: int) -> list[Index]:
     return np.split(which, range(size, which.size, size)) if which.size else []
 
 
-def _put(outcome: Chunks, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
+def _put(outcome: AtOnce, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
     """Adds the figures of a chunk of designs to the results; returns the designs that miss rtol."""
     missed, every = which[halvings == -1], (halvings >= 0).all()
     good: Any = slice(None) if every else halvings >= 0
     consecutive = every and which[-1] - which[0] == which.size - 1  # as they ascend
     rows: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
-    outcome.halvings[rows] = halvings[good]
-    for into, source in ((outcome.values, values), (outcome.errors, errors)):
+    outcome[2][rows] = halvings[good]
+    for into, source in ((outcome[0], values), (outcome[1], errors)):
         for name, value in source.items():
             if name not in into:
-                into[name] = np.full(outcome.halvings.size, np.nan)
+                into[name] = np.full(outcome[2].size, np.nan)
             into[name][rows] = np.broadcast_to(value, halvings.shape)[good]
     return np.asarray(missed)
 

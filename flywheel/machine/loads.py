@@ -144,7 +144,7 @@ class Effort:
         self.path = load.path if load.drag else f"{load.path}.{key}"
         self._parameters = parameters
         self._law = TableCurve(load.law) if isinstance(load.law, Table) else load.law
-        self._always = load.start is None and load.sense == 0
+        self.always = load.start is None and load.sense == 0
         self._unknown: str | None = None
         if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
             if load.law.degree(unknown) is None:
@@ -268,17 +268,12 @@ class Effort:
         return 0.0 if self.load.once else self.load.every * np.floor((angle - first) / self.load.every)
 
     def _gated(self, effort: Any, anchor: Here) -> Any:
-        if self._always:
+        if self.always:
             return effort
         active = self.active(anchor)
         if isinstance(active, bool):  # one piece alone
             return effort if active else 0.0
         return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
-
-    @property
-    def acts(self) -> Callable[[Here], Any] | None:
-        """A function that tests whether the load acts in the piece of an anchor; None if it always acts."""
-        return None if self._always else self.active
 
     def active(self, anchor: Here) -> Any:
         """Tests whether the load acts in the pieces of these anchors."""

@@ -698,7 +698,8 @@ class Machine:
                     continue
             moving = effort.uses_speed or effort.uses_time
             per_unknown = effort.per_unknown if effort.depends_on_unknown else None
-            law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.dependencies, effort.acts)
+            acts = None if effort.always else effort.active
+            law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.dependencies, acts)
             if balance and effort.depends_on_unknown:
                 law = law._replace(effort=partial(_with_unknown, effort, balance), per_unknown=None)
             part = f"{effort.load.path} on {effort.load.on}"

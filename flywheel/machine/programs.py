@@ -66,13 +66,6 @@ _JETS = jet_namespace(NAMESPACE)
 # -- of one machine ----------------------------------------------------------------------------------------------------
 
 
-class PieceProgram(NamedTuple):
-    """A program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
-
-    program: Program
-    conditions: Conditions | None
-
-
 class Programs:
     """Programs of a machine, recorded at their first use.
 
@@ -89,7 +82,7 @@ class Programs:
         self.machine, self.why = machine, ""
         self._walks = 0
         self._circuit = circuit_of(machine.scene) is not None
-        self._pieces: dict[tuple[float, bool], list[PieceProgram] | None] = {}
+        self._pieces: dict[tuple[float, bool], list[tuple[Program, Conditions | None]] | None] = {}
         self._instants: dict[float, int] = {}
 
     @cached_property
@@ -136,14 +129,16 @@ class Programs:
         if pieces is None:
             return None
         at = (anchor.omega, anchor.time)
-        for piece in pieces:
-            if piece.conditions is None or piece.conditions.kept(*at):
-                return piece.program
+        for program, conditions in pieces:
+            if conditions is None or conditions.kept(*at):
+                return program
         recorded = self._recorded_motion(anchor)
-        if recorded is not None:
-            self._compare(recorded.program, anchor)
-        self._pieces[key] = None if recorded is None else [*pieces[1 - _MOST_PROGRAMS :], recorded]
-        return None if recorded is None else recorded.program
+        if recorded is None:
+            self._pieces[key] = None
+            return None
+        self._compare(recorded[0], anchor)
+        self._pieces[key] = [*pieces[1 - _MOST_PROGRAMS :], recorded]
+        return recorded[0]
 
     def pays(self, anchor: Anchor) -> bool:
         """Tests whether the place of an anchor is evaluated so often that a program pays; it counts each call."""
@@ -167,7 +162,8 @@ class Programs:
         """The key of programs: the piece of an anchor, or its very angle."""
         return float(np.searchsorted(self.machine.breakpoints, anchor.phi)) if self._of_pieces else float(anchor.phi)
 
-    def _recorded_motion(self, anchor: Anchor) -> PieceProgram | None:
+    def _recorded_motion(self, anchor: Anchor) -> tuple[Program, Conditions | None] | None:
+        """The program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
         recorder = Recorder()
         arguments = phi, omega, time, unknown = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
         deciding = [] if anchor.omega is None else [recorder.input(f"at anchor {k}", at) for k, at in enumerate(anchor[1:3])]
@@ -178,7 +174,7 @@ class Programs:
                 moment = sum(self._shares(station, omega, time, unknown, deciding))
                 outputs += [station.reduced.inertia, station.reduced.slope, moment]
             conditions = recorder.conditions(deciding) if recorder.guards else None
-            return PieceProgram(recorder.program(outputs, arguments), conditions)
+            return recorder.program(outputs, arguments), conditions
         except _RECORDING_ERRORS as error:
             self.why = self.why or str(error)
             return None

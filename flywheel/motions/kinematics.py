@@ -437,23 +437,12 @@ def _turns_at_seam(series: Array, level: Array) -> bool:
     return bool(still.all() and (ends[2] * ends[3] < 0.0).any())
 
 
-class _Turning(NamedTuple):
-    """Ends of cells and zeros of slopes where rows may have their extremes: row, variable and its share t of a cell, value.
+def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> tuple[Array, ...]:
+    """Ends of cells and zeros of slopes, in the cells whose terms may exceed the values at the ends of all cells.
 
-    half: of the cell; bend: second derivative; wide: error of the position, for a series with an error of its level.
+    Of each its row, the variable and its share t of a cell, the value, half the cell, the second derivative, and the error
+    of the position for a series with an error of its level.
     """
-
-    row: NDArray[np.intp]
-    where: Array
-    t: Array
-    value: Array
-    half: Array
-    bend: Array
-    wide: Array
-
-
-def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> _Turning:
-    """Ends of cells and zeros of slopes, in the cells whose terms may exceed the values at the ends of all cells."""
     left, right = (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1), series.sum(axis=-1)
     reach = np.abs(series[..., 1:]).sum(axis=-1)
     reach += 64 * ROUNDING * (reach + np.abs(series[..., 0]))  # all of a cell's terms may add up at its end
@@ -471,7 +460,7 @@ def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> _Turning:
     off = 2 * noise / np.maximum(bend, 1e-300)  # a polynomial's slope is off by at most (degree²/half) of its error
     wide = np.minimum(np.minimum(np.sqrt(4 * off), cells.ORDER**2 * off / half), 2 * half)
     wide = np.where((np.abs(t) == 1.0) & (steep * wide > 8 * noise), 0.0, wide)  # it runs on beyond its cell
-    return _Turning(row, mesh.middle[cell, 0] + half * t, t, cells.value(series[row, cell], t), half, bend, wide)
+    return row, mesh.middle[cell, 0] + half * t, t, cells.value(series[row, cell], t), half, bend, wide
 
 
 def _extremes(

@@ -235,20 +235,19 @@ def _run_up(machine: Machine, inertia: float, at: float, target: float, mesh: ce
         table = _Map(machine if last else _driven_by(machine, running), inertia, target, mesh)
         level = target if last else math.inf if leg.until.speed is None else leg.until.speed / ratio
         end = math.inf if last or leg.until.time is None else leg.until.time
-        steps = table.followed(place, energy, level, end - clock)
-        ends = steps.omega if steps.omega.size else np.zeros((1, 2))
+        times, omega, place, energy, way, done, stop = table.followed(place, energy, level, end - clock)
+        ends = omega if omega.size else np.zeros((1, 2))
         within = ratio * np.stack((ends[:, 0], ends.mean(axis=1), ends[:, 1]))
         share = running.windings_at(within, np.zeros(within.shape))
         certain = certain and share is not None and motor.current_share(0.0) is not None
-        if share is not None and steps.omega.size:
-            squared += float(steps.lasting @ (_SIMPSON @ share**2))
-        place, energy = steps.place, steps.energy
-        clock, turned = clock + float(steps.lasting.sum()), turned + steps.way / (2 * math.pi)
-        if steps.stop is not None or not steps.done:
+        if share is not None and omega.size:
+            squared += float(times @ (_SIMPSON @ share**2))
+        clock, turned = clock + float(times.sum()), turned + way / (2 * math.pi)
+        if stop is not None or not done:
             break
-    speed = 0.0 if steps.stop is not None or not steps.omega.size else float(steps.omega[-1, 1])
-    reached = False if steps.stop is not None else steps.done
-    return RunUp(clock, float(turned), squared if certain else None, target if reached else speed, reached, steps.stop)
+    speed = 0.0 if stop is not None or not omega.size else float(omega[-1, 1])
+    reached = False if stop is not None else done
+    return RunUp(clock, float(turned), squared if certain else None, target if reached else speed, reached, stop)
 
 
 def _driven_by(machine: Machine, motor: Motor) -> Machine:
@@ -256,18 +255,6 @@ def _driven_by(machine: Machine, motor: Motor) -> Machine:
     scene = machine.scene
     assert scene.drive is not None
     return Machine(replace(scene, drive=scene.drive._replace(law=motor.law()), motor=motor), machine.friction)
-
-
-class _Steps(NamedTuple):
-    """A stretch of a run-up: the time of each step (s), its first and last speed (rad/s), and the kind of its end."""
-
-    lasting: Array
-    omega: Array
-    place: float
-    energy: float
-    way: float
-    done: bool | None
-    stop: float | None
 
 
 class _Map:
@@ -285,8 +272,14 @@ class _Map:
         self.moments = moment.reshape(_SPEEDS, -1).T
         self.spacing = float(speeds[1])
 
-    def followed(self, place: float, energy: float, level: float, lasting: float) -> _Steps:
-        """Follows the motion from a place and an energy to a speed (rad/s), a time (s), or a standstill."""
+    def followed(
+        self, place: float, energy: float, level: float, lasting: float
+    ) -> tuple[Array, Array, float, float, float, bool | None, float | None]:
+        """Follows the motion from a place and an energy to a speed (rad/s), a time (s), or a standstill.
+
+        Gives the time of each step (s), its first and last speed (rad/s); place, energy and way at the end; whether the
+        speed or time was reached (None: not within the turns that are followed), and the place of a standstill.
+        """
         rows, weights, inertias = self.moments.tolist(), self.weights.tolist(), self.inertias.tolist()
         count, spacing, node = len(rows), self.spacing, int(np.searchsorted(self.phi, place % self.cycle)) % self.phi.size
         times, speeds, clock, way = list[float](), list[tuple[float, float]](), 0.0, 0.0
@@ -320,7 +313,7 @@ class _Map:
                 before = energy
         else:
             done = done or None
-        return _Steps(np.array(times), np.array(speeds).reshape(-1, 2), float(self.phi[node]), energy, way, done, stop)
+        return np.array(times), np.array(speeds).reshape(-1, 2), float(self.phi[node]), energy, way, done, stop
 
 
 # -- its heat along a motion -------------------------------------------------------------------------------------------

@@ -150,27 +150,20 @@ class Draft:
         """
         typed = with_value(self.outline, place, quoted(kind, self._snippet(place)))
         above = place[:-1]
-        made = [self._with_table(typed, above, beginning) for beginning in _beginnings(above, kind, typed.mapping)]
+        made = [self._with_table(typed, above, *beginning) for beginning in _beginnings(above, kind, typed.mapping)]
         if len(made) < 2:
             return made[0] if made else typed
         return min(made, key=lambda changed: _faults_within(changed, above))
 
-    def _with_table(self, outline: Outline, above: KeyPath, beginning: Beginning) -> Outline:
-        """The text with the keys of a table that a beginning keeps, and with those that it adds."""
+    def _with_table(self, outline: Outline, above: KeyPath, keep: set[str], begun: Mapping[KeyPath, str]) -> Outline:
+        """The text with the keys of a table that stay, and with those that are added."""
         for key in list(value_at(outline.mapping, above)):
-            if key not in beginning.keep:
+            if key not in keep:
                 outline = without(outline, (*above, key))
-        for path, value in beginning.begun.items():
+        for path, value in begun.items():
             if value_at(outline.mapping, path) is None:
                 outline = with_value(outline, path, value)
         return outline
-
-
-class Beginning(NamedTuple):
-    """Initial contents of a table of another type: keys that stay, and values by their place for missing keys."""
-
-    keep: set[str]
-    begun: dict[KeyPath, str]
 
 
 def _faults_within(changed: Outline, above: KeyPath) -> int:
@@ -244,6 +237,7 @@ def _is_toml(text: str) -> bool:
 # -- what a type needs -----------------------------------------------------------------------------------------------------
 
 _TAKEN_BY = {"motor": MOTORS, "model": LOAD_MODELS}
+Beginning = tuple[set[str], dict[KeyPath, str]]  # keys that stay, and values by their place for missing keys
 
 
 def _beginnings(above: KeyPath, kind: str, mapping: Mapping[str, Any]) -> list[Beginning]:
@@ -258,7 +252,7 @@ def _beginnings(above: KeyPath, kind: str, mapping: Mapping[str, Any]) -> list[B
             lift = kind == "cam" and not {"lift", "table"} & table.keys()
             ratio = kind in ("gear", "rolling") and not {"ratio", "teeth"} & table.keys()
             begun = {"lift": '"0.01*(1 - cos(phi))"'} if lift else {"ratio": "1"} if ratio else {}
-            return [Beginning(keep, {(*above, key): value for key, value in begun.items()})]
+            return [(keep, {(*above, key): value for key, value in begun.items()})]
     if above[0] == "mechanism" and kind in KINDS and len(above) <= 2:
         return [_mechanism(above, kind, table, mapping)]
     return []
@@ -275,11 +269,11 @@ def _of_section(above: KeyPath, section: Section, table: Mapping[str, Any], mapp
     names = {key.name for key in section.keys}
     required = {(*above, key.name) for key in section.keys if key.required}
     least = {path: value for path, value in begun.items() if path in required}
-    ways = [
-        *([Beginning(names, least)] if (names & table.keys()) - {"type", "inertia"} else []),
-        Beginning(names, begun),
-        Beginning({"type", "inertia", *(str(path[-1]) for path in begun)}, begun),
-        Beginning({"type", "inertia"}, begun),
+    ways: list[Beginning] = [
+        *([(names, least)] if (names & table.keys()) - {"type", "inertia"} else []),
+        (names, begun),
+        ({"type", "inertia", *(str(path[-1]) for path in begun)}, begun),
+        ({"type", "inertia"}, begun),
     ]
     return [way for k, way in enumerate(ways) if way not in ways[:k]]
 
@@ -316,7 +310,7 @@ def _mechanism(above: KeyPath, kind: str, table: Mapping[str, Any], mapping: Map
     for name, value in scene.get("parameters", {}).items():  # that the starter's values speak of
         if name in words:
             begun["parameters", name] = literal(value)
-    return Beginning(keep, begun)
+    return keep, begun
 
 
 def _scaled(value: object, key: Key, share: float) -> object:

@@ -30,7 +30,7 @@ from flywheel.pictures.mechanisms import (
     moved,
     tallest,
 )
-from flywheel.pictures.sketch import Shape, View, placed
+from flywheel.pictures.sketch import View, placed
 from flywheel.regime import turning_moment
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
@@ -131,18 +131,14 @@ _DPI = 80
 _COLOURS = 255
 
 
-class Moving(NamedTuple):
-    """One mechanism's figures with their artists, and their outlines (2, m, frames) in the units of the axes."""
-
-    parts: tuple[tuple[Shape, Artist], ...]
-    outlines: tuple[Array, ...]
-
-
 class Stage(NamedTuple):
-    """A figure ready to be moved: its mechanisms, the marker on the curve, the text with time and position."""
+    """A figure ready to be moved: the artists of its bodies, the marker on the curve, the text with time and position.
+
+    Each artist comes with its outline (2, m, frames) in the units of the axes.
+    """
 
     figure: Figure
-    mechanisms: tuple[Moving, ...]
+    bodies: tuple[tuple[Artist, Array], ...]
     marker: Line2D
     clock: Any
     times: Array
@@ -201,14 +197,13 @@ def stage(scene: Scene, frames: int) -> Stage:
     panels = left.subplots(rows, columns, squeeze=False).ravel()
     for panel in panels[len(views) :]:
         panel.set_axis_off()
-    mechanisms = []
+    bodies = list[tuple[Artist, Array]]()
     for panel, view, box in zip(panels, views, boxes, strict=False):
         poses = view.poses(q)
         draw_axes_and_paths(panel, view, box, view.mechanism.name)
-        parts = tuple(draw_bodies(panel, view, poses, box))
-        for _, artist in parts:
+        for shape, artist in draw_bodies(panel, view, poses, box):
             artist.set_animated(True)
-        mechanisms.append(Moving(parts, tuple(factor(box)[0] * placed(shape, poses) for shape, _ in parts)))
+            bodies.append((artist, factor(box)[0] * placed(shape, poses)))
     named = dict.fromkeys(pair for view in views for pair in list(colours(view).items())[1:])
     handles = [Patch(color=colour, label=body) for body, colour in named]
     left.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=8.5)
@@ -223,7 +218,7 @@ def stage(scene: Scene, frames: int) -> Stage:
     (marker,) = panel.plot([], [], "o", color=figures.VERMILLION, ms=9, animated=True, zorder=5)
     marker.set_gid("sliding" if sliding else "turning")
     clock = panel.text(0.02, 0.975, "", transform=panel.transAxes, va="top", animated=True, family="monospace", fontsize=9.5)
-    return Stage(made, tuple(mechanisms), marker, clock, times, q, values, run.timed)
+    return Stage(made, tuple(bodies), marker, clock, times, q, values, run.timed)
 
 
 def _on_axis(q: Any, sliding: bool) -> Array:
@@ -233,9 +228,8 @@ def _on_axis(q: Any, sliding: bool) -> Array:
 
 def show(made: Stage, k: int, scene: Scene) -> None:
     """Moves everything to its place at frame k."""
-    for mechanism in made.mechanisms:
-        for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
-            moved(artist, outline[:, :, k])
+    for artist, outline in made.bodies:
+        moved(artist, outline[:, :, k])
     sliding = scene.sliding
     made.marker.set_data(_on_axis(made.q[k : k + 1], sliding), made.values[k : k + 1])
     unit, symbol = ("mm", "x") if sliding else ("deg", "φ")
@@ -255,9 +249,8 @@ def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
     for k in range(made.q.size):
         picture.restore_region(still)  # type: ignore[no-untyped-call]
         show(made, k, scene)
-        for mechanism in made.mechanisms:
-            for _, artist in mechanism.parts:
-                artist.draw(renderer)
+        for artist, _ in made.bodies:
+            artist.draw(renderer)
         made.marker.draw(renderer)
         made.clock.draw(renderer)
         pixels = np.asarray(picture.buffer_rgba())  # type: ignore[no-untyped-call]

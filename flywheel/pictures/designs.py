@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import groupby, pairwise
 from math import isnan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -383,11 +383,7 @@ def _shade_refused(panels: Any, x: Array, refused: NDArray[np.bool_]) -> None:
 # -- two numbers -------------------------------------------------------------------------------------------------------
 
 
-class _Ground(NamedTuple):
-    """Grid of a map: triangles between designs in their own coordinates, and an interpolation to their corners."""
-
-    triangles: Any
-    values: Callable[[Array], Array]
+_Ground = tuple[Any, Callable[[Array], Array]]  # triangles between designs, and an interpolation to their corners
 
 
 def _ground(result: Sweep, varied: list[str], finite: NDArray[np.bool_]) -> _Ground | None:
@@ -421,7 +417,7 @@ def _ground(result: Sweep, varied: list[str], finite: NDArray[np.bool_]) -> _Gro
 
     places = np.stack([corners.x, corners.y]) * span[:, None] + low[:, None]
     x, y = (np.exp(row) if log else row for row, log in zip(places, wide, strict=True))
-    return _Ground(Triangulation(x, y, triangles=corners.triangles, mask=corners.mask), values)
+    return Triangulation(x, y, triangles=corners.triangles, mask=corners.mask), values
 
 
 def _holes(corners: Array, lost: Array) -> NDArray[np.bool_]:
@@ -453,12 +449,13 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
         _draw_contours(panel, ground, values, _label(result, name))
     if name == "exact" and (light := too_light(result)[finite]).any():
         share = (result.values["approximate"][finite] - values) / np.maximum(values, 1e-300)
-        fine = ground.values(share)
+        triangles, interpolated = ground
+        fine = interpolated(share)
         least = min(2.0 * float(fine.min()), -1.0)
-        area = panel.tricontourf(ground.triangles, fine, levels=[least, -_LIGHTER], colors="none", hatches=["//"], zorder=3)
+        area = panel.tricontourf(triangles, fine, levels=[least, -_LIGHTER], colors="none", hatches=["//"], zorder=3)
         area.set_edgecolor(VERMILLION)
         if not light.all():
-            panel.tricontour(ground.triangles, fine, levels=[-_LIGHTER], colors=VERMILLION, linewidths=1.6, zorder=4)
+            panel.tricontour(triangles, fine, levels=[-_LIGHTER], colors=VERMILLION, linewidths=1.6, zorder=4)
         handles.append(Patch(facecolor="none", edgecolor=VERMILLION, hatch="//", lw=1.2, label=_DANGER))
     if not finite.all():
         lost = [result.columns[path][~finite] for path in varied]
@@ -479,15 +476,16 @@ def _draw_contours(panel: Axes, ground: _Ground, values: Array, label: str) -> N
     """Filled contours with lines between them and their numbers, logarithmic where values differ much, and a bar beside."""
     log = values.min() > 0.0 and values.max() > _MANIFOLD * values.min()
     level = np.log(values) if log else values
-    fine = ground.values(level)
+    triangles, interpolated = ground
+    fine = interpolated(level)
     levels = np.linspace(level.min(), level.max(), _LEVELS)
     colours = "Greys_r" if current_form() == "print" else _COLOURS
 
     def number(height: float, place: object = None) -> str:
         return written(float(np.exp(height) if log else height), most=3)
 
-    filled = panel.tricontourf(ground.triangles, fine, levels=levels, cmap=colours, zorder=0, extend="neither")
-    lines = panel.tricontour(ground.triangles, fine, levels=levels, colors="white", linewidths=0.7, linestyles="-")
+    filled = panel.tricontourf(triangles, fine, levels=levels, cmap=colours, zorder=0, extend="neither")
+    lines = panel.tricontour(triangles, fine, levels=levels, colors="white", linewidths=0.7, linestyles="-")
     panel.clabel(lines, levels=levels[1:-1:2], fmt=number, fontsize=8.5)
     bar = panel.figure.colorbar(filled, ax=panel, ticks=levels[::2], format=number)
     bar.set_label(label)

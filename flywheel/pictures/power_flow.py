@@ -73,18 +73,11 @@ class _Leaf(NamedTuple):
     down: bool
 
 
-class _Station(NamedTuple):
-    """A stretch of the trunk: its name, and the streams that leave or join it there."""
-
-    name: str
-    leaves: tuple[_Leaf, ...]
-
-
 class _Trunk(NamedTuple):
-    """Trunk of the picture: its source, its stations, and its end; W positive to the right."""
+    """Trunk of the picture: its source, its stations (name, and streams there), and its end; W positive to the right."""
 
     start: Entry | None
-    stations: tuple[_Station, ...]
+    stations: tuple[tuple[str, tuple[_Leaf, ...]], ...]
     end: Entry | None
     begins: float
     ends: float
@@ -150,23 +143,23 @@ def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
     first = _shaft_of(flow, start)
     last = first if end is None else _shaft_of(flow, end)
     way = _way(flow, first, last)
-    stations = []
+    stations: list[tuple[str, tuple[_Leaf, ...]]] = []
     taken = {entry.stream for entry in (start, end) if entry is not None}
     rest = [entry for entry in every if entry.stream not in taken and entry.stream.kind != "shaft"]
     motor = [entry for entry in rest if entry.stream.source == "drive" and entry.stream.kind != "drive"]
     if electric and start.stream.kind == "input":
-        stations.append(_Station(_("motor"), tuple(_leaf(flow, entry) for entry in motor)))
+        stations.append((_("motor"), tuple(_leaf(flow, entry) for entry in motor)))
         rest = [entry for entry in rest if entry not in motor]
     if electric:
         rest = [entry for entry in rest if entry.stream.kind != "drive"]
     for k, shaft in enumerate(way):
         own = [entry for entry in rest if _on_trunk(flow, entry, way) == shaft and not _between(flow, entry, way)]
-        stations.append(_Station(shaft_name(shaft), tuple(_leaf(flow, entry) for entry in own)))
+        stations.append((shaft_name(shaft), tuple(_leaf(flow, entry) for entry in own)))
         if k + 1 < len(way):
             pair = {shaft, way[k + 1]}
             lost = [entry for entry in rest if _between(flow, entry, way) and _pair(flow, entry) == pair]
             if lost:
-                stations.append(_Station("", tuple(_leaf(flow, entry) for entry in lost)))
+                stations.append(("", tuple(_leaf(flow, entry) for entry in lost)))
     begins = start.power if gives(flow, means.get(start, start)) or start.stream.kind != "load" else -start.power
     last_power = 0.0 if end is None else end.power
     return _Trunk(start, tuple(stations), end, begins, last_power)
@@ -238,8 +231,8 @@ class _Drawing:
     def __init__(self, flow: PowerFlow, trunk: _Trunk, whole: float) -> None:
         self.flow, self.trunk, self.whole = flow, trunk, whole
         powers, leaves = [trunk.begins], []
-        for k, station in enumerate(trunk.stations):
-            for leaf in _ordered(station.leaves, powers[-1]):
+        for k, (_name, joining) in enumerate(trunk.stations):
+            for leaf in _ordered(joining, powers[-1]):
                 leaves.append((k, leaf))
                 powers.append(powers[-1] - leaf.power)
         self.widest = max(map(abs, (*powers, *(leaf.power for _k, leaf in leaves)))) or 1.0
@@ -270,15 +263,15 @@ class _Drawing:
         sheet, x, sides = _Sheet(), 0.0, {True: _Side(levels), False: _Side(levels)}
         bands: list[tuple[float, float, float, float, float]] = []  # of the trunk: x, x, lower and upper edge, power
         power, edges = self.begins
-        for k, station in enumerate(self.trunk.stations):
+        for k, (name, _leaves) in enumerate(self.trunk.stations):
             steps = [step for step in self.steps if step.station == k]
-            words = f"{station.name}\n{_power(abs(power))}"
-            long = max(_SEGMENT, _LETTER * max(map(len, words.split("\n"))) + 0.3) if station.name else 0.0
+            words = f"{name}\n{_power(abs(power))}"
+            long = max(_SEGMENT, _LETTER * max(map(len, words.split("\n"))) + 0.3) if name else 0.0
             common = [edges, *(step.next_edges for step in steps)]
             low, high = max(one[0] for one in common), min(one[1] for one in common)
             inside = high - low >= 2.4 * _LINE
             begin, x = x, x + (0.0 if k else _APART)
-            if station.name and not inside:  # the name stands above, before anything turns off
+            if name and not inside:  # the name stands above, before anything turns off
                 sheet.text(x + 0.5 * long, edges[1] + 0.05, words, ha="center", va="bottom", fontsize=9.5)
                 bands.append((begin, x + long, *edges, power))
                 x += long
@@ -301,7 +294,7 @@ class _Drawing:
                 self._write(sheet, step, middle, label, level)
                 x = corner + wide + behind
                 power, edges = step.after, step.next_edges
-            if station.name and inside:
+            if name and inside:
                 end = max(x, begin + long)
                 sheet.text(0.5 * (begin + end), 0.5 * (low + high), words, ha="center", va="center", fontsize=9.5)
                 bands.append((x, end, *edges, power))

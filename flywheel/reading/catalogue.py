@@ -118,18 +118,18 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
         raise SceneError([Fault(file, defect, "a header and a row for each motor")])
     if len(lines) > MOST_MOTORS + 1:
         raise SceneError([Fault(file, f"{len(lines) - 1} motors", f"at most {MOST_MOTORS}")])
-    head, rows = lines[0], lines[1:]
+    (head, names), *rows = lines
     faults: list[Fault] = []
-    columns = _columns(head.fields, f"{file} line {head.number}", faults)
+    columns = _columns(names, f"{file} line {head}", faults)
     if faults:
         raise SceneError(faults)
     motors, wrong = list[CatalogueMotor](), list[Fault]()
-    for row in rows:
+    for line, fields in rows:
         own: list[Fault] = []
-        motor = _row(row.number, row.fields, columns, f"{file} line {row.number}", own)
+        motor = _row(line, fields, columns, f"{file} line {line}", own)
         if motor is not None and any(motor.name == other.name for other in motors):
             first = next(other.line for other in motors if other.name == motor.name)
-            own.append(Fault(f"{file} line {row.number}, name", quote(motor.name), "a unique name", f"line {first} has it"))
+            own.append(Fault(f"{file} line {line}, name", quote(motor.name), "a unique name", f"line {first} has it"))
         if motor is not None and not own:
             motors.append(motor)
         wrong += own

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -184,13 +183,6 @@ MOST_ROWS = 40_000
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
-class CsvLine(NamedTuple):
-    """A line of the file that holds data: its number, from 1, and its fields."""
-
-    number: int
-    fields: Sequence[str]
-
-
 def read_columns(
     name: object, column: object, folder: Path | None, path: str, faults: Faults
 ) -> tuple[list[str], list[str]] | None:
@@ -208,12 +200,12 @@ def read_columns(
         )
         return None
     lines = lines_of(text)
-    named = lines and not torn_number(lines[0].fields) and not any(map(_NUMBER.fullmatch, lines[0].fields))
-    header = lines.pop(0) if named else None  # none of its fields is a number, however misspelt
+    named = lines and not torn_number(lines[0][1]) and not any(map(_NUMBER.fullmatch, lines[0][1]))
+    header = lines.pop(0)[1] if named else None  # none of its fields is a number, however misspelt
     if not lines:
         faults.add(f"{path}.file", f"no rows of numbers in {show(name)}", "an angle and a value in every row")
         return None
-    index = _column(column, header, len(lines[0].fields), f"{path}.column", faults)
+    index = _column(column, header, len(lines[0][1]), f"{path}.column", faults)
     return None if index is None else _numbers(lines, header, index, f"{path}.file", faults)
 
 
@@ -281,8 +273,8 @@ def is_utf16(content: bytes) -> bool:
     return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
 
 
-def lines_of(text: str) -> list[CsvLine]:
-    """The lines with data, split by the separator that the last of them has.
+def lines_of(text: str) -> list[tuple[int, list[str]]]:
+    """The lines with data: the number of each, from 1, and its fields, split by the separator that the last of them has.
 
     Separators between double quotes do not count.
     """
@@ -297,7 +289,7 @@ def lines_of(text: str) -> list[CsvLine]:
 
             with suppress(csv.Error):
                 fields = next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
-        lines.append(CsvLine(i, [field.strip() for field in fields]))
+        lines.append((i, [field.strip() for field in fields]))
     return lines
 
 
@@ -306,9 +298,9 @@ def torn_number(fields: Sequence[str]) -> bool:
     return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in fields)
 
 
-def _column(column: object, header: CsvLine | None, width: int, path: str, faults: Faults) -> int | None:
+def _column(column: object, header: Sequence[str] | None, width: int, path: str, faults: Faults) -> int | None:
     """Index of the chosen column, from 0, by its name in the header or its number."""
-    names = list(header.fields) if header else []
+    names = list(header or [])
     number = 2 if column is None else column
     if isinstance(column, str):
         if header is None:
@@ -330,19 +322,18 @@ def _column(column: object, header: CsvLine | None, width: int, path: str, fault
 
 
 def _numbers(
-    lines: list[CsvLine], header: CsvLine | None, index: int, path: str, faults: Faults
+    lines: list[tuple[int, list[str]]], header: Sequence[str] | None, index: int, path: str, faults: Faults
 ) -> tuple[list[str], list[str]] | None:
     """Both columns, after a check that every row has the right width and contains numbers."""
-    width, wrong = len(header.fields if header else lines[0].fields), 0
-    for line in lines:
-        fields = line.fields
+    width, wrong = len(header or lines[0][1]), 0
+    for line, fields in lines:
         if len(fields) == width and _NUMBER.fullmatch(fields[0]) and _NUMBER.fullmatch(fields[index]):
             continue
         wrong += 1
         if wrong > REPORTED:
             continue
-        where = f"in line {line.number}"
-        if torn_number(line.fields):
+        where = f"in line {line}"
+        if torn_number(fields):
             torn = next(field for field in fields if torn_number([field]))
             faults.add(path, f"{quote(torn)} {where}", "a number", "write 1.5, not 1,5")
         elif len(fields) != width:
@@ -352,7 +343,7 @@ def _numbers(
             faults.add(path, f"{quote(bad)} {where}", "a number")
     if wrong > REPORTED:
         faults.add(path, f"{wrong - REPORTED} more rows like these", "rows of numbers")
-    return None if wrong else ([line.fields[0] for line in lines], [line.fields[index] for line in lines])
+    return None if wrong else ([fields[0] for _, fields in lines], [fields[index] for _, fields in lines])
 
 
 # Laws: of efforts, and of positions

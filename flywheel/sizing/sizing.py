@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -285,17 +285,18 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
     at_constant, left, rounds, before = _at_constant_speed(regime), 0.0, 0, None
     angles = np.linspace(0.0, machine.scene.cycle, _COMPARED)
     along = np.full(angles.size, at_constant.speed**2)  # squares of the speeds (rad²/s²) that friction is taken at
-    last: list[_Round] = []
+    last: list[tuple[Regime, Array, Array]] = []  # rounds: a regime, the squares that its friction is taken at, its own
     while regime.run is not None and regime.confirmed is None and rounds < _MOST_ROUNDS:
         friction = regime.machine.friction
         assert friction is not None
-        last = [*last[1 - _MIXED :], _Round(regime, along, _motion_of(regime, angles).omega ** 2)]
-        weights = _mixture(last)
-        along = np.asarray(sum(weight * one.own for weight, one in zip(weights, last, strict=True)))
-        balance = sum(weight * (one.regime.cycle.balance or 0.0) for weight, one in zip(weights, last, strict=True))
-        meshes = [one.regime.cycle.mesh for one in last]
+        last = [*last[1 - _MIXED :], (regime, along, _motion_of(regime, angles).omega ** 2)]
+        regimes, taken, own = zip(*last, strict=True)
+        weights = _mixture(np.array(taken), np.array(own))
+        along = np.asarray(sum(weight * square for weight, square in zip(weights, own, strict=True)))
+        balance = sum(weight * (one.cycle.balance or 0.0) for weight, one in zip(weights, regimes, strict=True))
+        meshes = [one.cycle.mesh for one in regimes]
         edges = sorted({at for mesh in meshes for at in (mesh.middle + mesh.half)[:-1, 0].tolist()})
-        curve = friction_along(machine, partial(_mixed, weights, last), balance, edges)
+        curve = friction_along(machine, partial(_mixed, weights, regimes), balance, edges)
         enough = max(_LEFT * rtol * regime.figures.fluctuation, curve.error)
         changed = curve.apart(friction)
         share = _SLOWEST if before is None else min(changed / before, _SLOWEST)
@@ -308,35 +309,29 @@ def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cos
     return regime, costs, FrictionIteration(rounds, left, at_constant)
 
 
-class _Round(NamedTuple):
-    """A motion with the friction of another: squares of their speeds at some angles, `own` and `taken`, rad²/s²."""
-
-    regime: Regime
-    taken: Array
-    own: Array
-
-
-def _mixture(last: Sequence[_Round]) -> list[float]:
+def _mixture(taken: Array, own: Array) -> list[float]:
     """Weights of the last rounds' motions in the one along which friction is taken next (Anderson's mixing).
+
+    taken, own: squares of speeds (rad²/s²) at some angles, (rounds, angles): of the motion whose friction a round has, and
+    of the motion with that friction.
 
     Equation: with the change r_i of the squares of speeds in round i, the sum of w_i r_i is least where w_i sum to 1.
     A mixture that stops, or nearly stops, is no motion: the mean of the last two then replaces it.
     Source: D. G. Anderson, Iterative Procedures for Nonlinear Integral Equations, J. ACM 12 (1965).
     """
-    if len(last) == 1:
+    if len(own) == 1:
         return [1.0]
-    changes = np.array([one.own - one.taken for one in last])
+    changes = own - taken
     shares = np.linalg.lstsq((changes[:-1] - changes[-1]).T, -changes[-1], rcond=_DEPENDENT)[0]
     weights = [*shares.tolist(), 1.0 - float(shares.sum())]
-    mixed = sum(weight * one.own for weight, one in zip(weights, last, strict=True))
-    if np.min(mixed) >= _SLOWER * min(float(one.own.min()) for one in last):
+    if np.min(np.asarray(weights) @ own) >= _SLOWER * own.min():
         return weights
-    return [*[0.0] * (len(last) - 2), 0.5, 0.5]
+    return [*[0.0] * (len(own) - 2), 0.5, 0.5]
 
 
-def _mixed(weights: Sequence[float], last: Sequence[_Round], phi: Array) -> MachineMotion:
+def _mixed(weights: Sequence[float], last: Sequence[Regime], phi: Array) -> MachineMotion:
     """The motion whose squares of speeds, and so accelerations, are a mixture of those of some rounds, at angles (rad)."""
-    motions = [_motion_of(one.regime, phi) for one in last]
+    motions = [_motion_of(one, phi) for one in last]
     square = sum(weight * motion.omega**2 for weight, motion in zip(weights, motions, strict=True))
     alpha = sum(weight * motion.alpha for weight, motion in zip(weights, motions, strict=True))
     return motions[-1]._replace(omega=np.sqrt(square), alpha=np.asarray(alpha))

@@ -28,7 +28,7 @@ from scipy import integrate, optimize
 
 from bondgraph.motion.stepping import FIXED, Step, hermite, runge_kutta_step
 from bondgraph.numerics import root, roots_between, summits
-from flywheel.machine.dynamics import Dynamics, Start, dynamics_of
+from flywheel.machine.dynamics import Dynamics, Instant, Start, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine, circuit_of
 from flywheel.mechanisms.families import has_joints
@@ -545,19 +545,19 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     return _irregularity(end.greatest, end.least)
 
 
-class StepRange(NamedTuple):
-    """Angles (rad) stepped without a restart; `middle` is inside their smooth piece, None without restarts."""
-
-    low: float
-    high: float
-    middle: float | None
+def stretches_of(machine: Machine, restart: bool) -> list[tuple[float, float]]:
+    """Ranges of angles (rad) stepped without a restart: the whole cycle, or those between breakpoints."""
+    return list(pairwise(machine.restarts.tolist())) if restart else [(0.0, machine.scene.cycle)]
 
 
-def stretches_of(machine: Machine, restart: bool) -> list[StepRange]:
-    """The whole cycle, or the ranges between breakpoints of the machine's loads and ratios."""
-    if not restart:
-        return [StepRange(0.0, machine.scene.cycle, None)]
-    return [StepRange(a, b, 0.5 * (a + b)) for a, b in pairwise(machine.restarts.tolist())]
+def _instant(
+    dynamics: Dynamics, stretch: tuple[float, float], restart: bool, phi: float, omega: float, states: Any = ()
+) -> Instant:
+    """The machine at an angle of a stretch, with the branches of its middle; without restarts with those at the angle."""
+    if restart:
+        return dynamics.at(phi, 0.5 * sum(stretch), omega, states=states, ends=stretch)
+    phi = phi % dynamics.machine.scene.cycle
+    return dynamics.at(phi, float(dynamics.machine.anchors(phi)), omega, states=states)
 
 
 _BETWEEN, _CLOSER = 8, 7  # samples between two times, and rounds of looking closer
@@ -588,7 +588,7 @@ def standing_out(values: Array) -> list[int]:
 # -- a cycle by steps --------------------------------------------------------------------------------------------------
 
 Rates = Callable[[float, Array], Array]
-StretchSteps = Callable[[Rates, float, Array, StepRange, float], Iterator[Step]]
+StretchSteps = Callable[[Rates, float, Array, tuple[float, float], float], Iterator[Step]]
 
 ADAPTIVE = ("RK45", "DOP853", "LSODA")
 _MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
@@ -599,20 +599,21 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
     """Runs cycles by a rule of fixed step, about `count` steps a cycle."""
     tableau = FIXED[name.lower()]
 
-    def stretch_steps(rates: Rates, t: float, state: Array, stretch: StepRange, period: float) -> Iterator[Step]:
-        share = (stretch.high - stretch.low) / machine.scene.cycle
+    def stretch_steps(rates: Rates, t: float, state: Array, stretch: tuple[float, float], period: float) -> Iterator[Step]:
+        low, high = stretch
+        share = (high - low) / machine.scene.cycle
         steps = max(round(count * share), 1)
-        h = period * share / steps if not restart else (stretch.high - state[0]) / state[1] / steps
+        h = period * share / steps if not restart else (high - state[0]) / state[1] / steps
         for _ in range(_MOST_STEPS):
             step = partial(runge_kutta_step, tableau, rates, t, state, rate=rates(t, state))
             after = step(h)
-            if after[0] >= stretch.high:
-                h = root(lambda length: float(step(length)[0]) - stretch.high, 0.0, h)  # noqa: B023 - called at once
+            if after[0] >= high:
+                h = root(lambda length: float(step(length)[0]) - high, 0.0, h)  # noqa: B023 - called at once
                 after = step(h)
-                after[0] = stretch.high
+                after[0] = high
             yield Step(_between(rates, t, state, h, after), t, t + h)
             t, state = t + h, after
-            if state[0] >= stretch.high:
+            if state[0] >= high:
                 return
             if not state[1] > 0.0:
                 break
@@ -639,7 +640,7 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
     """Runs cycles by one of SciPy's integrators at a tolerance of its steps."""
     kind: Any = getattr(integrate, name)
 
-    def stretch_steps(rates: Rates, t: float, state: Array, stretch: StepRange, period: float) -> Iterator[Step]:
+    def stretch_steps(rates: Rates, t: float, state: Array, stretch: tuple[float, float], period: float) -> Iterator[Step]:
         scale: Any = rtol * np.maximum(np.abs(state), [1.0, 0.0, 1.0][: state.size])
         solver = kind(rates, t, state, t + 100 * period, rtol=rtol, atol=scale)
         for _ in range(_MOST_STEPS):
@@ -647,8 +648,8 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
                 break
             solver.step()
             dense, before = solver.dense_output(), float(solver.t_old)
-            if solver.y[0] >= stretch.high:
-                end = root(lambda t: float(dense(t)[0]) - stretch.high, before, float(solver.t))  # noqa: B023
+            if solver.y[0] >= stretch[1]:
+                end = root(lambda t: float(dense(t)[0]) - stretch[1], before, float(solver.t))  # noqa: B023
                 yield Step(dense, before, end)
                 return
             yield Step(dense, before, float(solver.t))
@@ -661,26 +662,21 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
 
 def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Revolve:
     """Runs cycles stretch by stretch: the state is phi, omega, and a motor's own states."""
-    stretches, cycle = stretches_of(machine, restart), machine.scene.cycle
 
-    def rates(dynamics: Dynamics, stretch: StepRange, t: float, state: Array) -> Array:
+    def rates(dynamics: Dynamics, stretch: tuple[float, float], t: float, state: Array) -> Array:
         phi, omega, *own = state.tolist()
-        if stretch.middle is None:
-            phi = phi % cycle
-            now = dynamics.at(phi, float(machine.anchors(phi)), omega, states=own)
-        else:
-            now = dynamics.at(phi, stretch.middle, omega, states=own, ends=(stretch.low, stretch.high))
+        now = _instant(dynamics, stretch, restart, phi, omega, own)
         return np.array([omega, float(now.acceleration), *map(float, now.rates)])
 
     def revolve(trial: Trial) -> Revolution:
         dynamics = dynamics_of(machine, trial.inertia, trial.balance)
         state = np.array([0.0, trial.speed, *trial.states])
         t, steps = 0.0, list[Step]()
-        for stretch in stretches:
+        for stretch in stretches_of(machine, restart):
             steps += stretch_steps(partial(rates, dynamics, stretch), t, state, stretch, trial.period)
             t = steps[-1].end
             state = np.array(steps[-1].dense(t))
-            state[0] = stretch.high
+            state[0] = stretch[1]
         greatest, least = (extreme(_near(steps, sign), sign)[1] for sign in (1.0, -1.0))
         return Revolution(float(state[1]), tuple(state[2:].tolist()), greatest, least)
 
@@ -738,7 +734,6 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
     scene, mechanism = machine.scene, machine.scene.mechanisms[0]
     linkage, added = linkage_of(mechanism), _added_inertia(machine) or 0.0
     driven = linkage.joint(linkage.driver).second
-    stretches = stretches_of(machine, restart)
 
     def revolve(trial: Trial) -> Revolution:
         more = trial.inertia + added
@@ -746,22 +741,18 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
         heavier = replace(linkage, links=tuple(links))
         dynamics = dynamics_of(machine, trial.inertia, trial.balance)
         omega, extremes = trial.speed, list[float]()
-        for stretch in stretches:
+        for low, high in stretches_of(machine, restart):
 
-            def torque(t: float, q: float, qdot: float, stretch: StepRange = stretch) -> float:
-                phi = q - mechanism.phase
-                if stretch.middle is None:
-                    phi = phi % scene.cycle
-                    return float(dynamics.at(phi, float(machine.anchors(phi)), qdot).moment)
-                return float(dynamics.at(phi, stretch.middle, qdot, ends=(stretch.low, stretch.high)).moment)
+            def torque(t: float, q: float, qdot: float, stretch: tuple[float, float] = (low, high)) -> float:
+                return float(_instant(dynamics, stretch, restart, q - mechanism.phase, qdot).moment)
 
-            expected = (stretch.high - stretch.low) / scene.cycle * trial.period
-            start, last = stretch.low + mechanism.phase, stretch.high + mechanism.phase
+            expected = (high - low) / scene.cycle * trial.period
+            start, last = low + mechanism.phase, high + mechanism.phase
             for longer in _SLACK:
                 run = multibody.simulate(
                     heavier, multibody.MULTIPLIERS, start, omega, longer * expected, drive=torque, rtol=rtol
                 )
-                if run.q[-1] - mechanism.phase >= stretch.high:
+                if run.q[-1] - mechanism.phase >= high:
                     break
             else:
                 raise NoAnswerError(_STUCK)

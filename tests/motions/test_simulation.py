@@ -409,12 +409,10 @@ def test_no_motion_goes_by_a_recording_that_is_not_the_machine(monkeypatch):
     recorded = Programs._recorded_motion
 
     def off(traced, anchor):
-        piece = recorded(traced, anchor)
-        name, *operands = piece.program.operations[-1]
+        program, conditions = recorded(traced, anchor)
+        name, *operands = program.operations[-1]
         swapped = "subtract" if name == "add" else "add"
-        return piece._replace(
-            program=piece.program._replace(operations=(*piece.program.operations[:-1], (swapped, *operands)))
-        )
+        return program._replace(operations=(*program.operations[:-1], (swapped, *operands))), conditions
 
     monkeypatch.setattr(Programs, "_recorded_motion", off)
     machine = flywheel.load(linkage_scene((SLIDER_CRANK, 1.0, 0.5)))

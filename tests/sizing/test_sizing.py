@@ -337,10 +337,9 @@ def test_a_recording_that_is_not_the_machine_confirms_nothing(monkeypatch):
     recorded = Programs._recorded_motion
 
     def off(traced, anchor):
-        piece = recorded(traced, anchor)
-        assert piece is not None
-        first, *rest = piece.program.places
-        return piece._replace(program=piece.program._replace(places=(first * (1.0 + 1e-6), *rest)))
+        program, conditions = recorded(traced, anchor)
+        first, *rest = program.places
+        return program._replace(places=(first * (1.0 + 1e-6), *rest)), conditions
 
     monkeypatch.setattr(Programs, "_recorded_motion", off)
     sizing = flywheel.size(flywheel.load(scenes.ALL["press"]()))
