@@ -1,4 +1,7 @@
-"""The layout of page and report, on screen and on paper: nothing is cut off, names stand apart, axe finds nothing."""
+"""The layout of page and report, on screen and on paper: nothing is cut off, names stand apart, axe finds nothing.
+
+In Spanish no text is left in English.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,7 @@ from flywheel.page.edits import Draft
 from flywheel.page.form import as_groups
 from flywheel.report import document as documents
 from flywheel.report.document import Figure, Part, Section
+from tests.language import texts
 from tests.page.browsers import EXAMPLES, Served, answered, drawn, expected, in_sight, picture, shown, until, violations
 
 if TYPE_CHECKING:
@@ -334,3 +338,46 @@ def test_the_report(tongue: str, window: Callable[..., BrowserContext], press: S
     page.goto(report.as_uri())
     picture(page, f"report-{tongue}", full_page=True)
     assert violations(page) == []
+
+
+# The page in Spanish: no text is left in English but for titles and names of the scene, in its dialogs neither.
+
+
+FLYWHEEL = {"en": "flywheel", "es": "volante"}
+
+
+def told(page, language):
+    """All that the page and its dialogs show in a language, as HTML."""
+    page.locator("#language").select_option(language)
+    page.locator("#numbers", has_text=FLYWHEEL[language]).wait_for()
+    answered(page)
+    found = [page.content()]
+    for button in ("#new", "#save-as", "#report", "#help"):
+        page.click(button)
+        dialog = page.get_by_role("dialog")
+        dialog.locator("option").evaluate_all("titles => titles.forEach((title) => title.remove())")
+        found.append(dialog.inner_html())
+        page.keyboard.press("Escape")
+        dialog.wait_for(state="detached")
+    return "".join(found)
+
+
+@pytest.mark.slow
+def test_no_text_is_left_in_english(page, press):
+    answered(page)
+    english, spanish = told(page, "en"), told(page, "es")
+    picture(page, "spanish", full_page=True)
+    left = texts.left(english, spanish, press.scene.read_text("utf-8"))
+    assert left == [], "\n".join(left)
+
+
+@pytest.mark.slow
+def test_faults_are_told_in_spanish(page, press):
+    page.click("#as-text")
+    area = page.locator("#text")
+    area.fill(area.input_value().replace('"80 mm"', '"-80 mm"').replace("[regime]", "[regimen]"))
+    page.locator("#faults li.fault").first.wait_for()
+    english = page.locator("#faults").inner_html()
+    page.locator("#language").select_option("es")
+    page.locator("#faults h3", has_text="error").first.wait_for()
+    assert texts.left(english, page.locator("#faults").inner_html(), press.scene.read_text("utf-8")) == []

@@ -1,0 +1,258 @@
+"""Designs sized many at once: each is that of `size` one by one, in the structures that they share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.designs import figures as designs
+from flywheel.reading.paths import numbers
+from tests.extras import extra
+from tests.scenes import PUNCH, yoke
+from tests.scenes import SWEPT_PRESS as PRESS
+
+# Figures of many designs at once are those of `size` one by one, within the errors of both, by every engine.
+
+
+RANGES: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
+    "press": (
+        PRESS,
+        {
+            "mechanism.crank.length": (0.1, 0.2),
+            "mechanism.rod.length": (0.45, 0.9),
+            "load.0.from": (5.0, 5.4),
+            "load.0.to": (5.9, 6.25),
+            "flywheel.irregularity": (0.01, 0.2),
+            "regime.speed": (6.0, 16.0),
+        },
+    ),
+    "flywheel given": (
+        {**PRESS, "flywheel": {"inertia": 500}},
+        {"flywheel.inertia": (5.0, 900.0), "mechanism.slider.mass": (20.0, 90.0), "load.0.to": (5.9, 6.25)},
+    ),
+    "none needed": (
+        {**PRESS, "load": [{"on": "slider", "force": "-8 kN", "from": "300 deg", "to": "355 deg"}]},
+        {"flywheel.irregularity": (0.5, 1.5), "mechanism.crank.inertia": (0.4, 40.0)},
+    ),
+    "yoke": (
+        yoke(),
+        {"mechanism.crank.length": (0.2, 0.8), "load.0.force": (300.0, 3000.0), "mechanism.yoke.mass": (5.0, 30.0)},
+    ),
+}
+ENGINES = ["numpy", pytest.param("numba", marks=pytest.mark.slow)]
+ANGLES = ("angle_speed_max", "angle_speed_min")
+
+
+def scale(name: str, found: dict[str, np.ndarray], exchanged: np.ndarray) -> np.ndarray:
+    """Scale to which an error of a figure is relative."""
+    if name in ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel"):
+        return np.maximum(found[name], found["approximate_total"])
+    if name in ("accumulated_max", "accumulated_min", "energy_fluctuation"):
+        return exchanged
+    if name.startswith("reduced_inertia"):
+        return found["reduced_inertia_greatest"]
+    return np.ones_like(exchanged) if name in ANGLES else np.abs(found[name])
+
+
+def compared(scene: flywheel.Scene, paths: tuple[str, ...], columns: np.ndarray, engine: str) -> designs.Batch:
+    """The designs by an engine, every figure within the errors of it and of `size`; the batch."""
+    found = designs.sized(scene, paths, columns, 1e-10, engine)
+    alone = designs.sized(scene, paths, columns, 1e-10, "size")
+    exchanged = np.maximum(np.abs(alone.values["accumulated_max"]), np.abs(alone.values["accumulated_min"]))
+    for name, value in alone.values.items():
+        assert (np.isnan(value) == np.isnan(found.values[name])).all(), name
+        known = ~np.isnan(value)
+        apart = np.abs(found.values[name] - value)[known]
+        allowed = (found.errors[name] + alone.errors[name]) * scale(name, alone.values, exchanged)
+        assert (apart <= allowed[known]).all(), (name, apart.max())
+    return found
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", RANGES)
+def test_designs_at_once_are_those_one_by_one(name: str, engine: str) -> None:
+    if engine == "numba":
+        extra("numba")
+    tables, ranges = RANGES[name]
+    low, high = np.array(list(ranges.values())).T[:, :, None]
+    columns = low + (high - low) * np.random.default_rng(5).random((len(ranges), 12))
+    found = compared(flywheel.load(tables), tuple(ranges), columns, engine)
+    assert (found.ways <= designs.REFINED).sum() >= 9
+    for key in ("exact", "approximate", "irregularity"):
+        assert not (found.errors[key][found.ways <= designs.REFINED] > 1e-10).any()
+
+
+# Designs sized many at once by what they share: families, windows, switches and narrow laws that move with their numbers.
+#
+# Each is held against `size` of that design alone; how many were found together is held too, as a loss would show
+# nowhere.
+
+
+FOUR_BAR = {
+    "type": "four-bar",
+    "ground": {"length": 0.4},
+    "crank": {"length": 0.1, "mass": 2, "com": 0.05},
+    "coupler": {"length": 0.35, "mass": 3, "inertia": 0.05, "com": 0.1, "com_angle": "20 deg"},
+    "rocker": {"length": 0.25, "mass": 4, "inertia": 0.1},
+}
+SHAPER = {
+    "type": "crank-shaper",
+    "crank": {"length": 0.1, "mass": 1},
+    "frame": {"length": 0.25},
+    "rocker": {"length": 0.5, "mass": 10, "inertia": 0.3, "com": 0.25},
+    "ram": {"mass": 30},
+}
+STRUCTURES_YOKE = {"type": "scotch-yoke", "crank": {"length": 0.3}, "yoke": {"mass": 20, "direction": "30 deg"}}
+SLIDER = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4, "mass": 5}, "slider": {"offset": 0.02}}
+SCENES: dict[str, dict[str, Any]] = {
+    "a punch": {
+        "mechanism": SLIDER,
+        "parameters": {"T": "20 N m"},
+        "load": [{"on": "slider", "model": PUNCH}, {"on": "crank", "torque": "-T*sin(phi)**2"}],
+    },
+    "a press over an angle": {
+        "mechanism": SHAPER,
+        "load": [{"on": "ram", "model": {"type": "press", "energy": 2000, "angle": "20 deg"}}],
+    },
+    "a double-acting compressor": {
+        "mechanism": SLIDER,
+        "load": [
+            {
+                "on": "slider",
+                "model": {
+                    "type": "compressor",
+                    "bore": 0.2,
+                    "rod": 0.04,
+                    "clearance": 0.08,
+                    "suction": "1 bar",
+                    "discharge": "4 bar",
+                    "exponent": 1.3,
+                    "double_acting": True,
+                },
+            }
+        ],
+    },
+    "windows that wrap": {
+        "mechanism": FOUR_BAR,
+        "gravity": {},
+        "load": [
+            {"on": "rocker", "torque": -300, "from": "300 deg", "to": "40 deg"},
+            {"on": "coupler", "torque": "-5*sign(v)"},
+        ],
+    },
+    "dead centres": {
+        "mechanism": SHAPER,
+        "load": [{"on": "ram", "force": -2000, "while": "v < 0"}, {"on": "crank", "torque": "-30*sin(2*phi)"}],
+    },
+    "switches": {
+        "mechanism": STRUCTURES_YOKE,
+        "parameters": {"F": "800 N", "level": 0.4},
+        "load": [{"on": "yoke", "force": "-F*max(sin(phi) - level, 0)"}, {"on": "yoke", "force": "F*x if x > 0.1 else 0"}],
+    },
+    "a narrow peak": {
+        "mechanism": SLIDER,
+        "parameters": {"width": 0.05, "peak": "2 kN"},
+        "load": [{"on": "slider", "force": "-peak*exp(-((phi - 2)/width)**2)"}],
+    },
+    "shafts, a table and a spring": {
+        "mechanism": [{**SLIDER, "name": "a"}, {**STRUCTURES_YOKE, "name": "b", "shaft": "fast", "phase": "40 deg"}],
+        "shafts": {"fast": {"ratio": 2}},
+        "spring": [{"on": "a.slider", "stiffness": 4000, "rest": 0.4}],
+        "load": [
+            {"on": "fast", "torque": -20, "from": "20 deg", "to": "100 deg"},
+            {"on": "crank", "table": {"angle": [0, 100, 200, 360], "value": [0, -50, 10, 0], "angle_unit": "deg"}},
+        ],
+    },
+}
+RUN = {"drive": {"torque": "balance"}, "regime": {"speed": "90 rpm"}, "flywheel": {"irregularity": 0.02}}
+
+
+DEAR = ("a double-acting compressor", "windows that wrap", "dead centres", "a narrow peak", "switches")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in DEAR else ()) for n in SCENES])
+def test_designs_at_once_are_those_sized_alone(name: str):
+    scene, rng = flywheel.load({**SCENES[name], **RUN}), np.random.default_rng(7)
+    known = {path: number for path, number in numbers(scene).items() if "table" not in path and "ratio" not in path}
+    columns = {path: number.value * rng.uniform(0.98, 1.02, 20) for path, number in known.items()}
+    found = flywheel.sweep(scene, columns, rtol=1e-9)
+    assert np.isin(found.ways, (0, 1)).sum() >= 16
+    alone = flywheel.size(found.design(19), 1e-9, accuracy="normal")
+    error = (found.error.exact[19] + alone.error.exact) * max(alone.flywheel.exact, alone.flywheel.approximate_total)
+    assert abs(found.exact[19] - alone.flywheel.exact) <= error
+    assert found.balance[19] == pytest.approx(alone.balance.value, rel=1e-9)
+    assert found.power[19] == pytest.approx(alone.power, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_switch_that_appears_and_a_peak_that_narrows_are_not_missed():
+    """The middle design is recorded, and held against the first and the last: loads that act nowhere, or wide peaks."""
+    for name, path, values in (
+        ("switches", "parameters.level", [1.3, 0.6, -0.2, 1.2, 0.9, 0.5, 1.1]),
+        ("a narrow peak", "parameters.width", [0.4, 0.003, 0.01, 0.5, 0.05, 0.02, 0.45]),
+    ):
+        scene = flywheel.load({**SCENES[name], **RUN})
+        found, alone = (flywheel.sweep(scene, {path: values}, rtol=1e-9, engine=engine) for engine in ("numpy", "size"))
+        error = (found.error.exact + alone.error.exact) * np.maximum(alone.exact, alone.approximate_total)
+        assert (np.abs(found.exact - alone.exact) <= error).all()
+
+
+def test_designs_that_are_refused_stand_beside_those_that_are_not():
+    scene = flywheel.load({"mechanism": SLIDER, "load": [{"on": "slider", "force": "-900*sign(v)"}], **RUN})
+    found = flywheel.sweep(scene, {"mechanism.rod.length": np.linspace(0.05, 0.4, 20)}, rtol=1e-9)
+    short = found.columns["mechanism.rod.length"] <= 0.12
+    assert (np.isnan(found.exact) == short).all()
+    assert set(found.reasons) == set(np.flatnonzero(short).tolist())
+    assert "rod.length" in found.reasons[0]
+    assert np.isin(found.ways[~short], (0, 1)).mean() > 0.5
+
+
+@pytest.mark.slow
+def test_masses_and_windows_of_a_linkage_vary_together():
+    """Its positions are those of one linkage; lengths, with which these change, are sized a length at a time."""
+    crank = {"points": {"pin": [0.1, 0]}, "mass": 4, "inertia": 0.02}
+    rod = {"points": {"end": [0.4, 0]}, "mass": 5, "com": [0.15, 0], "inertia": 0.1, "guess": 0}
+    joints = [
+        {"name": "main", "type": "pin", "between": ["frame.origin", "crank.origin"]},
+        {"name": "pin", "type": "pin", "between": ["crank.pin", "rod.origin"]},
+        {"name": "end", "type": "pin", "between": ["rod.end", "ram.origin"]},
+        {"name": "guide", "type": "slide", "between": ["frame.origin", "ram.origin"], "guess": 0.5},
+    ]
+    bodies = {"crank": crank, "rod": rod, "ram": {"mass": 20}}
+    mechanism = {"type": "linkage", "bodies": bodies, "joints": joints, "driver": "main"}
+    load = {"on": "guide", "force": -3000, "from": "200 deg", "to": "300 deg"}
+    scene, rng = flywheel.load({"mechanism": mechanism, "load": [load], **RUN}), np.random.default_rng(2)
+    ranges = {
+        "mechanism.bodies.ram.mass": (10, 30),
+        "load.0.from": (3.3, 3.6),
+        "load.0.to": (5.0, 5.5),
+        "regime.speed": (5, 9),
+    }
+    found = flywheel.sweep(scene, {path: rng.uniform(*ends, 20) for path, ends in ranges.items()}, rtol=1e-9)
+    assert (found.ways < 2).all()
+    alone = flywheel.size(found.design(11), 1e-9, accuracy="normal")
+    assert found.exact[11] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    grid = {"mechanism.bodies.crank.points.pin.0": [0.09, 0.11], "load.0.force": np.linspace(-4000, -2000, 15)}
+    found = flywheel.sweep(scene, grid, rtol=1e-9, grid=True)
+    assert (found.ways < 2).all()
+    alone = flywheel.size(found.design(20), 1e-9, accuracy="normal")
+    assert found.exact[20] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_numbers_that_a_program_cannot_hold_are_the_same_in_it():
+    """The lengths in a law's text: designs with equal ones are sized together, and where all differ the reason is told."""
+    output = {"ram": {"x": "r*cos(phi)", "mass": 20}}
+    load = {"on": "ram", "force": -900, "from": 0, "to": "180 deg"}
+    given = {"mechanism": {"type": "law", "outputs": output}, "parameters": {"r": "0.2 m"}, "load": [load], **RUN}
+    columns = {"parameters.r": [0.2, 0.3], "regime.speed": np.linspace(8, 12, 12)}
+    found = flywheel.sweep(flywheel.load(given), columns, rtol=1e-9, grid=True)
+    assert (found.ways < 2).all()
+    alone = flywheel.size(found.design(17), 1e-9, accuracy="normal")
+    assert found.exact[17] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    found = flywheel.sweep(flywheel.load(given), {"parameters.r": np.linspace(0.1, 0.2, 6)}, rtol=1e-9)
+    assert set(found.ways) == {0, 2}
+    assert all("parameters.r" in reason for reason in found.reasons.values())
