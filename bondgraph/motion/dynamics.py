@@ -465,21 +465,22 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
 
 
 def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[..., dict[int, Fraction]]) -> Any:
-    """The gains of what followers give, if they, their leaders and their sources are constants throughout; else none.
+    """The gains of what followers give, if they and their leaders are constants throughout; else none.
 
     With y' = G z the rates of the leading stores' states and z' = S y' those of what they give, a follower of inertia or
-    compliance w gives w g z'.
+    compliance w gives w g z'. The rate of a source's law has a column of its own behind those of all outputs.
     """
     graph, first, places = form.graph, len(form.stores), _weighed(form)
     last, ports = first + len(form.acting), [form.stores[k] for k in places]
     if form.massless or not gain.keys() >= {p.input for p in (*ports, *form.followers)}:
         return {}
     driven = {k for p in form.followers for k in gain[p.input] if k >= first}
-    acting = [form.acting[k - first] if k < last else form.followers[k - last] for k in driven]
-    if any(p.element.kind not in SOURCES or not isinstance(p.element.law, float) for p in acting):
+    acting = {k: form.acting[k - first] if k < last else form.followers[k - last] for k in driven}
+    if any(p.element.kind not in SOURCES or isinstance(p.element.law, Law) for p in acting.values()):
         return {}
     at: dict[str | None, int] = {form.state_name(p): k for k, p in zip(places, ports, strict=True)}
-    slopes: dict[int, dict[int, Fraction]] = {}  # of what a store gives by the states
+    varying = {k: k + len(form.column) for k, p in acting.items() if not isinstance(p.element.law, float)}
+    slopes = {k: {rate: Fraction(1)} for k, rate in varying.items()}  # of what a store gives by the states, or a source
     for k, port in zip(places, ports, strict=True):
         law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
         if (constant := _number(graph, name)) is not None:
@@ -495,18 +496,20 @@ def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[...
         if (weight := _number(graph, port.element.name)) is None:
             return {}
         gives[k] = combined(
-            ((c, Fraction(port.sign * weight) * g) for c, g in gain[port.input].items() if c < first), slopes
+            ((c, Fraction(port.sign * weight) * g) for c, g in gain[port.input].items() if c < first or c in varying), slopes
         )
     rows, right = [], []
     for k, port in zip(places, ports, strict=True):
         sign = 1 if port.element.kind == "I" else int(port.sign)
         shares = {c: sign * g for c, g in gain[port.input].items()}
-        rows.append(combined([(-1, Fraction(1)), *((c, -g) for c, g in shares.items() if c >= last)], {**gives, -1: {k: 1}}))
-        right.append({c: g for c, g in shares.items() if c < last})
+        row = combined([(-1, Fraction(1)), *((c, -g) for c, g in shares.items() if c >= last)], {**gives, -1: {k: 1}})
+        rows.append({c: g for c, g in row.items() if c < first})
+        right.append({c: g for c, g in shares.items() if c < last} | {c: -g for c, g in row.items() if c >= first})
     try:
         rates = eliminated(rows, right)
     except GraphError:  # inertias that cancel: refused where the rates are asked for
         return {}
+    rates |= {rate: {rate: Fraction(1)} for rate in varying.values()}
     return {c: combined(shares.items(), rates) for c, shares in gives.items()}
 
 

@@ -266,7 +266,7 @@ class Walk:
         self.moduli: dict[int, tuple[Any, tuple[tuple[str, Any], ...]]] = {}
         for name, signal in tables.signals.items():
             self._places[name] = self._call(signal, [t] * len(signal.of))
-        self.outputs: list[Any] = [None] * len(self.form.column)
+        self.outputs: list[Any] = [None] * (2 * len(self.form.column))  # and rates of sources, where `closed` holds them
         for k, port in enumerate(self.form.stores):
             self.outputs[k] = self.stored(port, self.state[k])
         self.gain: Any = None
@@ -301,8 +301,11 @@ class Walk:
         """A flow or effort with the outputs of followers."""
         last = len(self.form.stores) + len(self.form.acting)
         more = [k for k in self.gain[variable] if k >= last]
-        if more and self.outputs[last] is None:
+        if any(last <= k < len(self.form.column) for k in more) and self.outputs[last] is None:
             self._store_rates()
+        for k in (k for k in more if k >= len(self.form.column) and self.outputs[k] is None):
+            port = self.form.acting[k - len(self.form.column) - len(self.form.stores)]
+            self.outputs[k] = self._rate_of_source(port.element.name)
         return (
             self.value(variable) + total(self.gain[variable][k] * self.outputs[k] for k in more)
             if more

@@ -238,6 +238,20 @@ def test_a_great_store_that_follows_small_ones_leaves_their_rates_right(ratio):
     assert_allclose(dynamics.at(0.0, [1e-6, 2e-9]).rates, expected, rtol=1e-14)
 
 
+@pytest.mark.parametrize("great", [1.0, 1e12])
+def test_a_great_store_that_follows_small_ones_and_a_source_of_time_leaves_their_rates_right(great):
+    """Its effort is e1 + e2 + u(t): c e' = i - f at both nodes, f = C (e1' + e2' + u')."""
+    b = Builder().zero("n").zero("m").one("x").bond("n", "x").bond("m", "x").on("x", Se("u", lambda t: 2.0 + 0.5 * t))
+    b.on("n", C("a", 1.0), R("r", 1.0), Sf("i", 3.0)).on("m", C("b", 2.0), R("s", 4.0))
+    graph = b.on("x", C("great", great)).build()
+    dynamics, number = Dynamics(graph), graph.bond_of("great").number
+    whole, left, right = Fraction(great), 3 - Fraction(1.25), -Fraction(0.75) / 2 / 4
+    flow = whole * (left + right / 2 + Fraction(1, 2)) / (1 + whole + whole / 2)
+    assert dynamics.state.names == ("q_a", "q_b")
+    assert_allclose(dynamics.rates(0.0, 1.25, 0.75), [float(left - flow), float(right - flow)], rtol=1e-14)
+    assert_allclose(dynamics.at(0.0, [1.25, 0.75]).flows[number], float(flow), rtol=1e-14)
+
+
 def test_a_loop_beside_a_field_of_inertias_is_one_fraction_in_symbols_too():
     """Nodes joined by a gyrator, each with a resistor and a port of the field: e0/G + G (e0/R0 + i0)/R1 + i1 = 0."""
     mass, ratio, resistors = [[0.79, 0.00415], [0.00415, 0.307]], 771.275, (5e17, 127.0)
