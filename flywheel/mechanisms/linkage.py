@@ -619,7 +619,7 @@ def _near_locks(cycle: Cyclic) -> Iterator[float]:
 
     The steps of the continuation shrink as the distance from a lock does: no cell is wider than some of them.
     """
-    nodes = cycle.solution.trace.z[:, 0] * cycle.solution.scale
+    nodes = cycle.solution.trace.value[:, 0] * cycle.solution.scale
     steps, first = np.diff(nodes), 0
     for k in range(1, len(steps)):
         if nodes[k + 1] - nodes[first] > _STEPS_A_CELL * steps[first : k + 1].min():
@@ -645,11 +645,11 @@ def _passages(cycle: Cyclic, form: Form, angle: float, every: float) -> Iterator
     """Coordinates of the driver at which a form passes an angle, on any turn."""
     solution, period = cycle.solution, cycle.period
     low, high = (solution.low, solution.high) if period is None else (0.0, period)
-    nodes = np.unique(np.concatenate((solution.trace.z[:, 0] * solution.scale, np.linspace(low, high, 181))))
+    nodes = np.unique(np.concatenate((solution.trace.value[:, 0] * solution.scale, np.linspace(low, high, 181))))
     nodes = nodes[(nodes >= low) & (nodes <= high)]
 
     def phase(q: Array) -> Array:
-        return np.asarray((form.at(solution.movement(q).z) - angle) / every)
+        return np.asarray((form.at(solution.movement(q).value) - angle) / every)
 
     def gap(q: float, whole: int) -> float:
         return float(phase(np.array([q]))[0]) - whole

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -437,7 +437,7 @@ def _turns_at_seam(series: Array, level: Array) -> bool:
     return bool(still.all() and (ends[2] * ends[3] < 0.0).any())
 
 
-def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> tuple[Array, ...]:
+def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> tuple[Any, ...]:
     """Ends of cells and zeros of slopes, in the cells whose terms may exceed the values at the ends of all cells.
 
     Of each its row, the variable and its share t of a cell, the value, half the cell, the second derivative, and the error

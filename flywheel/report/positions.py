@@ -468,7 +468,7 @@ def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
     equations = cycle.solution.equations
     loops = equations.loops
     psi = made.position.psi if cycle.period is None else made.position.psi % cycle.period
-    z = cycle.solution.movement(np.array([float(psi)])).z
+    z = cycle.solution.movement(np.array([float(psi)])).value
     jacobian = equations.jacobian(z, equations.bases(z))[0]
     sliding = np.array([made.driver == "x", *(name.startswith("slide") for name in loops.names[1:])])
     by = np.where(sliding, 1.0, loops.unit)  # from a row in units of length to one in m

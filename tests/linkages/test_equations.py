@@ -209,7 +209,7 @@ def test_poses_close_every_joint(case: str) -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_newton_converges_quadratically(case: str) -> None:
     solution = whole(case)
-    z = solution.movement(np.array([0.3, 2.0, 4.0])).z
+    z = solution.movement(np.array([0.3, 2.0, 4.0])).value
     z[:, 1:] += 0.02
     step = 0.02
     for _ in range(5):
@@ -281,7 +281,7 @@ def test_a_start_beside_the_range_s_end() -> None:
 def test_arrays_that_are_kept_cannot_be_changed() -> None:
     solution = solve(four_bar(), 0.0, tau)
     with pytest.raises(ValueError, match="read-only"):
-        solution.trace.z[0, 0] = 1.0
+        solution.trace.value[0, 0] = 1.0
     q = np.array([0.5])
     poses = solution.poses(q)
     q[0] = 9.0

@@ -28,7 +28,7 @@ from tests.linkages.linkages import (
 @pytest.mark.parametrize("case", CASES)
 def test_a_turn_forth_comes_to_where_it_began(case: str) -> None:
     solution = whole(case)
-    gain = solution.trace.z[-1] - solution.trace.z[0]
+    gain = solution.trace.value[-1] - solution.trace.value[0]
     turns = gain / tau
     slides = [k for k, name in enumerate(solution.equations.loops.names) if name.startswith("slide")]
     assert np.abs(turns - np.round(turns))[[k for k in range(turns.size) if k not in slides]].max() < 1e-12
@@ -38,11 +38,11 @@ def test_a_turn_forth_comes_to_where_it_began(case: str) -> None:
 @pytest.mark.parametrize("case", sample(["four-bar", "whitworth"], 2))
 def test_halving_every_step_follows_the_same_assembly(case: str) -> None:
     solution = whole(case)
-    middles = 0.5 * (solution.trace.z[1:, 0] + solution.trace.z[:-1, 0])
-    z = solution.trace.z[0]
-    for node in np.sort(np.concatenate((middles, solution.trace.z[1:, 0]))):
-        z = follow(solution.equations, z, float(z[0]), float(node)).z[-1]
-    np.testing.assert_allclose(z, solution.trace.z[-1], atol=1e-12)
+    middles = 0.5 * (solution.trace.value[1:, 0] + solution.trace.value[:-1, 0])
+    z = solution.trace.value[0]
+    for node in np.sort(np.concatenate((middles, solution.trace.value[1:, 0]))):
+        z = follow(solution.equations, z, float(z[0]), float(node)).value[-1]
+    np.testing.assert_allclose(z, solution.trace.value[-1], atol=1e-12)
 
 
 def test_nothing_else_lies_in_the_certified_ball() -> None:

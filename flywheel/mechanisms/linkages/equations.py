@@ -820,7 +820,10 @@ def solved(matrix: Array, right: Array) -> Array:
 
 
 class Track(NamedTuple):
-    """Positions of a point or a joint's coordinate, with first and second derivative by the driver's coordinate."""
+    """Positions with two derivatives by the driver's coordinate: of a point, a joint's coordinate, or all variables.
+
+    All variables are scaled, shape (n, variables), the driver's coordinate first.
+    """
 
     value: Array
     rate: Array

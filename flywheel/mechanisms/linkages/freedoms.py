@@ -156,7 +156,7 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
     if np.array_equal(low, q):
         return z
     equations = Equations(on_way(assembly.loops, low, q))
-    end = follow(equations, np.concatenate(([0.0], z[1:])), 0.0, 1.0).z[-1]
+    end = follow(equations, np.concatenate(([0.0], z[1:])), 0.0, 1.0).value[-1]
     return np.concatenate(([0.0], end[1:]))
 
 

@@ -44,12 +44,12 @@ from flywheel.numerics.arguments import array, entry, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
-__all__ = ["Movement", "Solution", "Tangent", "follow", "placed", "solve", "solve_over", "tangent"]
+__all__ = ["Solution", "Tangent", "follow", "placed", "solve", "solve_over", "tangent"]
 
 Array = NDArray[np.float64]
 
 
-def placed(equations: Equations, movement: Movement) -> tuple[Array, Array, Array]:
+def placed(equations: Equations, movement: Track) -> tuple[Array, Array, Array]:
     """x, y (m) of the origins and angles (rad) of all bodies with two derivatives along a movement, (bodies, 3, n) each."""
     loops, (z, rate, slope) = equations.loops, movement
     places = equations.origins(equations.bases(z), rate, slope)
@@ -75,14 +75,6 @@ _CONTRACTION = 0.25
 _RESIDUAL = 1e-9
 
 
-class Movement(NamedTuple):
-    """All variables (scaled) at n positions, (n, variables), with two derivatives by the driver's coordinate z[:, 0]."""
-
-    z: Array
-    rate: Array
-    slope: Array
-
-
 class Tangent(NamedTuple):
     """Rates (1, g) and slopes (0, g') at one position.
 
@@ -96,7 +88,7 @@ class Tangent(NamedTuple):
     radius: Array
 
 
-def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
+def follow(equations: Equations, z: Array, low: float, high: float) -> Track:
     """The assembly at z followed to both ends of the driver's range (scaled): nodes in ascending order of the driver.
 
     Raises:
@@ -108,12 +100,12 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
     loops = equations.loops
     upward = _nodes(equations, z, high, 1.0)
     nodes = [*reversed(_nodes(equations, z, low, -1.0)[1:]), *upward]
-    trace = Movement(*(np.array(part) for part in zip(*nodes, strict=True)))
+    trace = Track(*(np.array(part) for part in zip(*nodes, strict=True)))
     for part in trace:
         part.flags.writeable = False
     if loops.unknowns == loops.equations:
         return trace
-    gaps = np.abs(equations.residual(trace.z, equations.bases(trace.z))).max(axis=0)
+    gaps = np.abs(equations.residual(trace.value, equations.bases(trace.value))).max(axis=0)
     wrong = int(np.argmax(gaps))
     if gaps[wrong] > _RESIDUAL:
         names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
@@ -229,7 +221,7 @@ class Solution:
     positions are then known at any coordinate. None if it does not return.
     """
 
-    def __init__(self, equations: Equations, trace: Movement, low: float, high: float) -> None:
+    def __init__(self, equations: Equations, trace: Track, low: float, high: float) -> None:
         self.equations = equations
         self.trace = trace
         self.low, self.high = low, high
@@ -244,15 +236,15 @@ class Solution:
     def _refine(self) -> None:
         """Nodes between, until the quintic predicts so well that one Newton step is the last."""
         for _ in range(_REFINEMENTS):
-            driver = self._nodes.z[:, 0]
+            driver = self._nodes.value[:, 0]
             middles = 0.5 * (driver[1:] + driver[:-1])
-            if not middles.size or self.trace.z.shape[1] == 1:
+            if not middles.size or self.trace.value.shape[1] == 1:
                 return
             if np.abs(correction(self.equations, self._predicted(middles))).max() < SETTLED:
                 return
             between = self.movement(middles * self.scale)
             order = np.argsort(np.concatenate((driver, middles)), kind="stable")
-            self._nodes = Movement(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
+            self._nodes = Track(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
             del self._quintics
 
     def _gain(self) -> Array | None:
@@ -260,7 +252,7 @@ class Solution:
         turns = (self.high - self.low) / tau
         if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
             return None
-        ends = self.movement(np.array([self.low, self.high])).z
+        ends = self.movement(np.array([self.low, self.high])).value
         gain, slides = ends[1] - ends[0], [name.startswith("slide") for name in self.equations.loops.names]
         whole = np.where(slides, 0.0, tau * np.round(gain / tau))
         return whole if np.abs(gain - whole).max() < _RETURNS else None
@@ -284,11 +276,11 @@ class Solution:
         value, rate, slope = placed(self.equations, self.movement(coordinates))
         return Poses(self.linkage, coordinates, value, rate / self.scale, slope / self.scale**2)
 
-    def movement(self, q: Array) -> Movement:
+    def movement(self, q: Array) -> Track:
         """All variables at coordinates q, a little outside the range too, by Newton from the quintic."""
         z, equations = self._predicted(q / self.scale), self.equations
         if not z.shape[1] > 1:
-            return Movement(z, np.ones_like(z), np.zeros_like(z))
+            return Track(z, np.ones_like(z), np.zeros_like(z))
         z, last = settle(equations, z)
         bases = equations.bases(z)
         lost = ~(last < SETTLED)
@@ -304,9 +296,9 @@ class Solution:
         rate[:, 1:] = -(inverted @ jacobian[:, :, :1])[..., 0]
         slope = np.zeros_like(z)
         slope[:, 1:] = -(inverted @ equations.bending(bases, rate)[:, :, None])[..., 0]
-        return Movement(z, rate, slope)
+        return Track(z, rate, slope)
 
-    def recorded(self, q: Recorded, anchor: float) -> Movement:
+    def recorded(self, q: Recorded, anchor: float) -> Track:
         """All variables at one recorded coordinate, as by `movement`, with a sufficient number of Newton steps.
 
         Cams follow the formula that holds at the anchor.
@@ -314,21 +306,21 @@ class Solution:
         Raises TypeError if no number is known to be sufficient.
         """
         z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
-        at = self.movement(np.array([anchor])).z
+        at = self.movement(np.array([anchor])).value
         for _ in range(self.steps if z.shape[1] > 1 else 0):
             z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z, at)), axis=1)
         if not z.shape[1] > 1:
-            return Movement(z, 1.0 + nothing, nothing)
+            return Track(z, 1.0 + nothing, nothing)
         bases = equations.bases(z, at)
         jacobian = equations.jacobian(z, bases)
         rate = np.concatenate((1.0 + nothing, -solved(jacobian[:, :, 1:], jacobian[:, :, 0])), axis=1)
         slope = np.concatenate((nothing, -solved(jacobian[:, :, 1:], equations.bending(bases, rate))), axis=1)
-        return Movement(z, rate, slope)
+        return Track(z, rate, slope)
 
     @cached_property
     def steps(self) -> int:
         """Newton steps until the next one would be rounding, wherever the quintic predicts worst."""
-        driver, sizes = self._nodes.z[:, 0], list[float]()
+        driver, sizes = self._nodes.value[:, 0], list[float]()
         z = self._predicted(0.5 * (driver[1:] + driver[:-1]))
         for _ in range(_MOST_RECORDED):
             move = correction(self.equations, z)
@@ -342,16 +334,16 @@ class Solution:
     def _quintics(self) -> Array:
         """Start and width of every stretch between nodes, then six coefficients of all variables there, (stretches, ...)."""
         trace = self._nodes
-        width = np.diff(trace.z[:, :1], axis=0)
+        width = np.diff(trace.value[:, :1], axis=0)
         first, last = width * trace.rate[:-1], width * trace.rate[1:]
         bent, bending = 0.5 * width**2 * trace.slope[:-1], 0.5 * width**2 * trace.slope[1:]
-        gap = trace.z[1:] - trace.z[:-1] - first - bent
+        gap = trace.value[1:] - trace.value[:-1] - first - bent
         tilt = last - first - 2 * bent
         curl = bending - bent
         c3 = 10 * gap - 4 * tilt + curl
         c4 = -15 * gap + 7 * tilt - 2 * curl
         c5 = 6 * gap - 3 * tilt + curl
-        return np.concatenate((trace.z[:-1, :1], width, trace.z[:-1], first, bent, c3, c4, c5), axis=1)
+        return np.concatenate((trace.value[:-1, :1], width, trace.value[:-1], first, bent, c3, c4, c5), axis=1)
 
     def _predicted(self, x: Array) -> Array:
         """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides; also at a recorded one.
@@ -359,9 +351,9 @@ class Solution:
         Beyond the range by the turn that x itself lies in, where the linkage returns after it.
         """
         trace = self._nodes
-        if len(trace.z) == 1:
-            return np.asarray(trace.z[0] + trace.rate[0] * (x - trace.z[0, 0])[:, None])
-        inner, recorder = trace.z[1:-1, 0], getattr(x[0], "recorder", None) if x.size else None
+        if len(trace.value) == 1:
+            return np.asarray(trace.value[0] + trace.rate[0] * (x - trace.value[0, 0])[:, None])
+        inner, recorder = trace.value[1:-1, 0], getattr(x[0], "recorder", None) if x.size else None
         ns, within, turns = np if recorder is None else NAMESPACE, x, None
         if self.winding is not None:
             turns = ns.floor((x - self.low) / (self.high - self.low))
@@ -403,7 +395,7 @@ class Solution:
     @property
     def mobility(self) -> Mobility:
         """Degrees of freedom where the driver starts, and redundant constraints."""
-        z = self.trace.z[:1]
+        z = self.trace.value[:1]
         return mobility(self.equations.loops, self.equations.jacobian(z, self.equations.bases(z))[0])
 
 
