@@ -35,6 +35,7 @@ from flywheel.regime.turning_moment import speed_over_cycle
 from flywheel.scene.scene import Scene, rtol_faults
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_complete, size
+from flywheel.study.answers import Question
 
 __all__ = ["LEAST_CHUNK", "MOST_DESIGNS", "columns_of", "read_columns", "sampled", "sized_elsewhere", "sweep"]
 
@@ -469,7 +470,7 @@ def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[floa
     exchanged = 0.0 if cycle is None else cycle.exchanged
     scale, difference = max(abs(value), abs(other)), abs(value - other)
     if name in _RELATIVE_TO_TOTAL:
-        scale = max(scale, abs(theirs["approximate_total"][0]))
+        scale = max(scale, Question.of(sizing).scale)
     elif name.startswith(("accumulated", "energy")):
         scale = max(scale, exchanged)
     elif name.startswith("reduced_inertia"):

@@ -600,6 +600,29 @@ def test_figures_that_are_not_those_of_size_are_told(rotors, monkeypatch):
     )
 
 
+@pytest.mark.slow
+def test_a_fluctuation_that_is_rounding_is_compared_with_the_work_exchanged(monkeypatch):
+    scene = flywheel.load(
+        {
+            "mechanism": {"type": "slider-crank", "crank": {"length": 0.17}, "rod": {"length": 1.0}, "slider": {"mass": 54}},
+            "load": [{"on": "crank", "torque": "-12.68 N m"}],
+            "drive": {"torque": "65.94 - 2.089*omega"},
+            "flywheel": {"irregularity": 0.05},
+        }
+    )
+    sized = designs.sized
+
+    def rounded(*given):
+        batch = sized(*given)
+        batch.values["approximate_total"][:] = 1e-17  # at a constant speed no torque varies
+        return batch
+
+    monkeypatch.setattr(designs, "sized", rounded)
+    found = flywheel.sweep(scene, {"mechanism.crank.length": np.linspace(0.15, 0.2, 6)})
+    assert found.check is not None
+    assert not found.check.failed
+
+
 def test_arrays_of_a_sweep_cannot_be_written(whole):
     with pytest.raises(ValueError, match="read-only"):
         whole.exact[0] = 1.0
