@@ -173,9 +173,8 @@ def _choice(node: Node, at: At) -> Any:
     chosen = truth(test, at)
     if isinstance(chosen, bool) or getattr(chosen, "shape", None) == ():  # one place: the other branch is not needed
         return value(yes if chosen else no, at)
-    if isinstance(chosen, np.ndarray) and chosen.dtype == bool and chosen.size:
-        if chosen.all() or not chosen.any():  # at all places alike
-            return value(yes if chosen.flat[0] else no, at)
+    if isinstance(chosen, np.ndarray) and chosen.dtype == bool and chosen.size and chosen.all() == chosen.any():
+        return value(yes if chosen.all() else no, at)  # all places take one branch
     return at.ns.where(chosen, value(yes, at), value(no, at))
 
 
