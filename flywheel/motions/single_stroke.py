@@ -682,14 +682,21 @@ def _sized(
             if near is not None and near.inertia > 0.0 and len(demands) == 1:
                 start = Strokes(scene, near.inertia, tolerance, strokes)
                 closer = beside(name, start, closest, near.phases, _at_its_rate(start, near))
-            else:
-                rough = beside(name, Strokes(scene, _WIDER * scale, _COARSEST, strokes), _ROUGHLY, None)
-                guess = runs[rough.inertia, _COARSEST]
-                closer = beside(name, Strokes(scene, rough.inertia, tolerance, strokes), closest, guess and guess[1])
-            alone[name] = closer.inertia
+                alone[name] = closer.inertia
+                continue
+            known = [run for run in runs.values() if run is not None]
+            first = min(known, key=lambda run: abs(_limited(*run, [name])[name] / demands[name] - 1.0), default=None)
+            inertia, guess = (_WIDER * scale, None) if first is None else (first[0].inertia, first[1]._replace(slopes=None))
+            inertia = beside(name, Strokes(scene, inertia, _COARSEST, strokes), _ROUGHLY, guess).inertia
         except SceneError:
             inertia = smallest(name, scale, _COARSEST, _ROUGHLY, _WIDER)
-            alone[name] = inertia and smallest(name, inertia, tolerance, closest, 1.0 + _WIDER * _ROUGHLY)
+        try:
+            guess = runs.get((inertia, _COARSEST))
+            alone[name] = (
+                inertia and beside(name, Strokes(scene, inertia, tolerance, strokes), closest, guess and guess[1]).inertia
+            )
+        except SceneError:
+            alone[name] = smallest(name, inertia, tolerance, closest, 1.0 + _WIDER * _ROUGHLY)
     binding = max(alone, key=lambda name: alone[name])
     if alone[binding] == 0.0 and not own > 0.0:
         raise kept_by_all(binding)

@@ -44,6 +44,7 @@ _REGAINED = 0.999, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: f
 _PLAIN = 2  # strokes one after the other, before the first of them
 _DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
 _TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
+_ASTRAY = 1e-2  # of a limit: beyond it by more, a step to a flywheel that is lighter is none
 _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it after which no stroke returns
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
@@ -759,6 +760,9 @@ def fitted(
             break
         longest = 0.5 * np.delete(state, 1) / np.maximum(np.abs(np.delete(change, 1)), 1e-300)
         change = change * min(1.0, float(longest.min()))
+        over = float((image - state)[-1] / state[-1]) if own else 0.0
+        if over * change[-1] < 0.0 and abs(over) > _ASTRAY:
+            change[-1] = state[-1] * (1.0 if over > 0.0 else -0.5)  # a heavier flywheel keeps a limit better
         state, before, tries = state + change, off, 1
     defect = "no stroke after which the driving side has the speed that it began with"
     advice = "a motor whose torque falls with speed, with power enough for this rate"
