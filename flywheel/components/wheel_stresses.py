@@ -151,19 +151,6 @@ class Arms(NamedTuple):
         return pi / 32 * self.width**2 * self.thickness
 
 
-class RimOnArms(NamedTuple):
-    """Stresses (Pa) of a rim on arms: in an arm by the rim's pull, in the rim at an arm and midway between two."""
-
-    arm: float
-    rim_at_arm: float
-    rim_between: float
-
-    @property
-    def greatest(self) -> float:
-        """The greatest of them, Pa."""
-        return max(self)
-
-
 def ring_factors(count: int) -> tuple[float, float]:
     """f1 and f2 of a ring on arms: f1 = (sin(2a)/4 + a/2)/(2 sin² a), f2 = f1 - 1/(2a), a = pi/n.
 
@@ -211,8 +198,10 @@ def rim_on_arms(
     thickness: float,
     area_ratio: float,
     constant: float | None = None,
-) -> RimOnArms:
+) -> tuple[float, float, float]:
     """Stresses (Pa) of a rim on arms: in an arm (2/3) rho v² (A/A1)/C, in the rim N/A + |M| t/(2 J).
+
+    That of an arm is by the rim's pull; those of the rim are at an arm, and midway between two.
 
     sigma(phi) = rho v² (1 - cos(phi)/(3 C sin a) + 2 R/(C t) |1/a - cos(phi)/sin a|).
 
@@ -246,7 +235,7 @@ def rim_on_arms(
         bending = 2 * radius / (c * thickness) * abs(1 / a - cos(phi) / sin(a))
         return hoop * (1 - cos(phi) / (3 * c * sin(a)) + bending)
 
-    return RimOnArms(2 / 3 * hoop * area_ratio / c, rim(a), rim(0.0))
+    return 2 / 3 * hoop * area_ratio / c, rim(a), rim(0.0)
 
 
 def arm_bending(torque: float, count: int, radius: float, hub_radius: float, modulus: float) -> float:

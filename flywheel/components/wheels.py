@@ -243,13 +243,14 @@ def stress(body: Body, material: Material, speed: float, torque: float | None = 
     """
     if body.arms is not None and body.hub is not None:
         arms, root, density = body.arms, body.hub.diameter / 2, material.density
-        rim = rim_on_arms(density, speed * body.mean, arms.number, body.mean, body.thickness, body.section / arms.area)
+        numbers = density, speed * body.mean, arms.number, body.mean, body.thickness, body.section / arms.area
+        in_arms, at_arms, between = rim_on_arms(*numbers)
         bending = arm_bending(torque or 0.0, arms.number, body.mean, root, arms.modulus)
         return {
-            "rim at the arms": rim.rim_at_arm,
-            "rim between the arms": rim.rim_between,
-            "arms at the rim": rim.arm,
-            "arms at the hub": rim.arm + arm_pull(density, speed, body.inner, root) + bending,
+            "rim at the arms": at_arms,
+            "rim between the arms": between,
+            "arms at the rim": in_arms,
+            "arms at the hub": in_arms + arm_pull(density, speed, body.inner, root) + bending,
         }
     if body.thin:
         return {"rim": hoop_stress(speed * body.mean, material.density)}

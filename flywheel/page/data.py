@@ -232,7 +232,7 @@ def _views_of(scene: Scene) -> tuple[sketch.View, ...]:
 
 def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
     poses, made, linkage = view.poses(q), view.sketch, view.solution.linkage
-    positions = sketch.places(linkage)
+    positions, driver = sketch.places(linkage), linkage.joint(linkage.driver)
     shapes = [
         {
             "kind": shape.kind,
@@ -256,12 +256,8 @@ def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
         "labels": [{"text": label.text, "body": label.body, "at": _place(label.at)} for label in made.labels],
         "centres": [{"body": link.name, "at": _place((link.name, link.com))} for link in linkage.links if link.mass],
         "box": view.box,
-        "driver": _driven_body(linkage.joint(linkage.driver)),
+        "driver": driver.first if driver.second == FRAME else driver.second,
     }
-
-
-def _driven_body(joint: Any) -> str:
-    return str(joint.first if joint.second == FRAME else joint.second)
 
 
 def _place(place: tuple[str, Any]) -> list[Any]:

@@ -160,18 +160,14 @@ def in_greys(made: Figure) -> None:
             continue
         for own, shades in ((fill.set_facecolor, faces), (fill.set_edgecolor, edges)):  # type: ignore[attr-defined]
             if len(shades):
-                own([(*_level(shade), shade[3]) for shade in shades] if isinstance(fill, Collection) else _of(shades))
+                greys = [(*_level(shade), shade[3]) for shade in shades]
+                own(greys if isinstance(fill, Collection) else greys[0])
 
 
 def _level(colour: Array) -> tuple[float, float, float]:
     """The grey as bright as a colour."""
     bright = float(np.dot(colour[:3], (0.2126, 0.7152, 0.0722)))
     return bright, bright, bright
-
-
-def _of(colours: Array) -> Any:
-    """The grey of the first of some colours, with its opacity."""
-    return (*_level(colours[0]), colours[0, 3])
 
 
 def _grey(colour: str) -> str:

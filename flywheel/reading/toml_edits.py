@@ -294,12 +294,13 @@ def _inline(outline: Outline, path: Path) -> Path:
 def _without_inline(before: Outline, inline: Path, path: Path) -> str:
     """The text without a path and everything below it, between brackets."""
     inside = before.values[inline]
-    while taken := _first(before, path):
+    while taken := min((p for p in before.values if p[: len(path)] == path), key=len, default=None):
         value = before.values[taken]
-        siblings = sorted(
+        siblings = sorted(  # values that belong to the list or table directly, not to one nested in it
             (v.at, v.stop)
             for p, v in before.values.items()
-            if not v.statement and inside.start < v.at and v.stop < inside.stop and _within(p, inline, before)
+            if not v.statement and inside.start < v.at and v.stop < inside.stop and p[: len(inline)] == inline
+            if not any(p[:k] in before.values for k in range(len(inline) + 1, len(p)))
         )
         k = siblings.index((value.at, value.stop))
         if k + 1 < len(siblings):
@@ -316,16 +317,6 @@ def _without_inline(before: Outline, inline: Path, path: Path) -> str:
             raise EditError("a place from which that cannot be taken")
         inside = before.values[inline]
     return before.text
-
-
-def _within(path: Path, inline: Path, outline: Outline) -> bool:
-    """Tests whether a value belongs to a list or table directly, not to one nested in it."""
-    return path[: len(inline)] == inline and not any(path[:k] in outline.values for k in range(len(inline) + 1, len(path)))
-
-
-def _first(outline: Outline, path: Path) -> Path | None:
-    """The first value at a path or below it."""
-    return min((p for p in outline.values if p[: len(path)] == path), key=len, default=None)
 
 
 def _without_lines(outline: Outline, path: Path) -> str:

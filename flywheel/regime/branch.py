@@ -222,7 +222,8 @@ class Branch:
             speed = math.sqrt(highest**2 + 2.0 * gained / float(total.max()))
         elif near is not None:
             edges = near.solved.state.edges[0]
-            speed, states = self._speed_at_start(near), tuple(edges[1:].tolist())
+            speed = float(turning_moment.speed_over_cycle(near.cycle, near.speed, near.run, np.zeros(1))[0])
+            states = tuple(edges[1:].tolist())
         passes: list[tuple[float, float]] = []
 
         def passing(t: float, omega: float) -> str | None:
@@ -263,11 +264,6 @@ class Branch:
         works = cells.integral(np.stack((greatest, np.maximum(greatest, 0.0))), moments.mesh.half).sum(axis=-1)
         below = np.flatnonzero(works[0] < 0.0)
         return (float(speeds[below[0]]), float(works[1, below[0]])) if below.size else (None, 0.0)
-
-    @staticmethod
-    def _speed_at_start(motion: OwnMotion) -> float:
-        """The speed (rad/s) of a motion at phi = 0."""
-        return float(turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, np.zeros(1))[0])
 
     def nearest(self, inertia: float) -> OwnMotion | None:
         """The known motion whose flywheel is nearest to an inertia, by the logarithm of the total with the machine's own."""

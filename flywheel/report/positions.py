@@ -412,12 +412,9 @@ def _linkage(made: Sheet) -> None:
     if loops.names[1:]:
         _system(made, cycle, symbols)
     _bodies(made, cycle, symbols, swings)
-    made.tables.insert(0, (_("Loop equations"), _arm_table(arms)))
-
-
-def _arm_table(arms: _Arms) -> Table:
     head = (_("arm"), _("length"), _("angle in its body"))
-    return Table(_("Lengths and fixed angles of the arms, from the points of the bodies"), head, tuple(arms.rows))
+    table = Table(_("Lengths and fixed angles of the arms, from the points of the bodies"), head, tuple(arms.rows))
+    made.tables.insert(0, (_("Loop equations"), table))
 
 
 def _coupled(made: Sheet, coupling: Coupling, relation: Relation, symbols: Sequence[str]) -> Step:

@@ -112,7 +112,8 @@ def balance(context: Context) -> Section | None:
         if drive is not None and sizing.drive_work is not None:
             title = _("Work of the drive over a cycle along the motion")
             work = Quantity("W_d", sizing.drive_work, "J")
-            parts.append(Step(title, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
+            how = _("by quadrature over the cycle, piece by piece between the angles where a law switches")
+            parts.append(Step(title, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=how))
     title = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
     if abs(cycle.net) <= ROUNDING * cycle.exchanged:
         title += _("the net work is 0 within rounding.")
@@ -142,10 +143,6 @@ def _mesh_losses(sizing: Sizing, count: int) -> list[tuple[str, Quantity]]:
         return []
     lost = [entry for entry in entries(flow) if entry.stream.kind in _MESH_LOSSES and entry.power]
     return [(entry.label, Quantity(f"W_{k}", -entry.stream.work, "J")) for k, entry in enumerate(lost, count + 1)]
-
-
-def _by_quadrature() -> str:
-    return _("by quadrature over the cycle, piece by piece between the angles where a law switches")
 
 
 def _drive_balance(context: Context, works: list[Quantity], *, lossy: bool) -> Iterator[Part]:

@@ -353,13 +353,6 @@ def reference(block: str = "") -> list[str]:
 _READ = 4 * ROUNDING  # of a figure that is the scene's own, or a product of a few such
 
 
-class _DriveErrors(NamedTuple):
-    """Absolute errors of the drive: of its work in a cycle (J), of its moment on the crank anywhere (N m)."""
-
-    work: float
-    moment: float
-
-
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def estimates(sizing: Sizing) -> dict[str, Estimate]:
     """Estimated errors by the key of the figure or of the block of figures; None for a missing figure.
@@ -408,7 +401,7 @@ def figure_errors(sizing: Sizing) -> dict[str, float | None]:
     return _figure_errors(sizing, _drive_errors(sizing))
 
 
-def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, float | None]:
+def _figure_errors(sizing: Sizing, of_drive: tuple[float, float] | None) -> dict[str, float | None]:
     error, cycle = sizing.error, sizing.cycle
     constant = sizing.constant or cycle
     work, speed = error.work, speed_error(sizing)
@@ -434,11 +427,11 @@ def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, f
     if balance is not None:
         errors["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
     if of_drive is not None:
-        relative = _relative(of_drive.work, sizing.drive_work or 0.0, cycle.exchanged)
+        relative = _relative(of_drive[0], sizing.drive_work or 0.0, cycle.exchanged)
         errors["power"] = None if speed is None else relative + speed + _READ
         if sizing.coefficient_of_energy is not None:
             own = (work or 0.0) * constant.exchanged
-            relative = _relative(of_drive.work, sizing.drive_work or 0.0, constant.exchanged)
+            relative = _relative(of_drive[0], sizing.drive_work or 0.0, constant.exchanged)
             errors["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
     return errors
 
@@ -468,8 +461,11 @@ def _relative(error: float, figure: float, scale: float) -> float:
     return error / (abs(figure) if abs(figure) > error else max(abs(figure), scale, 1e-300))
 
 
-def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
-    """The errors of the drive along the motion; None without a drive or a cycle."""
+def _drive_errors(sizing: Sizing) -> tuple[float, float] | None:
+    """Absolute errors of the drive: of its work in a cycle (J), of its moment on the crank anywhere (N m).
+
+    None without a drive or a cycle.
+    """
     cycle, machine = sizing.cycle, sizing.machine
     if cycle is None or machine is None or machine.scene.drive is None or sizing.drive_work is None:
         return None
@@ -477,10 +473,10 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     residual = cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
     if law is None:
         own = (sizing.balance.error if sizing.balance else 0.0) * abs(sizing.drive_work) + cycle.errors.work + residual
-        return _DriveErrors(own, own / span)
+        return own, own / span
     if isinstance(law, float | int):
         own = _READ * abs(sizing.drive_work) + residual
-        return _DriveErrors(own, own / span)
+        return own, own / span
     moment = drive_moment(machine, cycle, sizing.run, sizing.speed)
     by_speed = np.zeros_like(moment)  # what the error of the speed moves it by
     if sizing.cyclic is not None and sizing.run is not None:
@@ -493,7 +489,7 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     work = float((cells.TAIL_OF_INTEGRAL * tails * cycle.mesh.half[:, 0]).sum()) + cycle.errors.work + residual
     work += float(cells.integral(by_speed, cycle.mesh.half).sum())
     rounding = 24 * ROUNDING * float(np.abs(moment).max())
-    return _DriveErrors(work, float(tails.max()) + (cycle.errors.work + residual) / span + rounding)
+    return work, float(tails.max()) + (cycle.errors.work + residual) / span + rounding
 
 
 def _inertia_error(cycle: Cycle) -> tuple[float, float]:
@@ -507,7 +503,7 @@ def _inertia_error(cycle: Cycle) -> tuple[float, float]:
     return error, error / extent.greatest if extent.greatest > 0.0 else 0.0
 
 
-def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | None) -> float | None:
+def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None, speed: float | None) -> float | None:
     """One error for the whole block: of works, moments, speeds and the time, and between the nodes."""
     energy, cycle, run, machine = sizing.energy, sizing.cycle, sizing.run, sizing.machine
     if energy is None or of_drive is None or cycle is None or run is None or machine is None:
@@ -519,9 +515,9 @@ def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | 
     _, period = turning_moment.period(cycle, sizing.speed, run, sizing.rtol)
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
     ratio = max(1.0, min(max(ratios), exchanged / abs(energy.work))) if ratios else 1.0
-    works = (of_drive.work + cycle.errors.work) / exchanged
+    works = (of_drive[0] + cycle.errors.work) / exchanged
     of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error
-    return ratio * works + (of_drive.moment + between) / torque + period + 2 * of_speed + _READ
+    return ratio * works + (of_drive[1] + between) / torque + period + 2 * of_speed + _READ
 
 
 def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:

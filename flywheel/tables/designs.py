@@ -36,7 +36,9 @@ _APPROXIMATE_TIE = 1e-9  # share by which the approximate flywheel may be below 
 
 def sweep_text(sweep: Sweep, rows: int = 20) -> str:
     """The text of a sweep, with at most `rows` of the designs, evenly chosen."""
-    return paragraphs((_question(sweep), _best(sweep), _table(sweep, rows), _sentences("", notes(sweep))))
+    return paragraphs(
+        (_question(sweep), _best(sweep), _table(sweep, rows), [line for note in notes(sweep) for line in _hung(note, "")])
+    )
 
 
 def notes(sweep: Sweep) -> list[str]:
@@ -185,10 +187,6 @@ def _fitting(order: Iterable[str], cells: dict[str, list[str]], heads: dict[str,
     return [key for key in cells if key in chosen]
 
 
-def _sentences(title: str, said: Iterable[str]) -> list[str]:
-    return [*([title] if title else []), *(line for sentence in said for line in _hung(sentence, ""))]
-
-
 def _hung(sentence: str, indent: str) -> Iterator[str]:
     yield from wrap(printable(sentence), WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ")
 
@@ -251,7 +249,7 @@ def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) 
         value, about = figure(sensitivities.values[name], most=_DIGITS), FIGURES[name].about.partition(",")[0]
         title = f"{about}: {value} {sensitivities.figure_units[name]}".rstrip()
         lines = columns(rows, ("by", "derivative", "", "% for 1 % or 1 deg"))
-        blocks.append([title, *_cut(lines), *_indented(f"none by {', '.join(none)}" if none else "")])
+        blocks.append([title, *_cut(lines), *(_hung(f"none by {', '.join(none)}", "  ") if none else [])])
     said = [f"Relative errors of derivatives are at most {worst:.0e}."] if worst else []
     for reason, of in reasons.items():
         said.append(f"No derivative of {', '.join(of)} by {reason}.")
@@ -517,10 +515,6 @@ def _title(title: str | None) -> list[str]:
 
 def _wrapped(sentence: str, width: int = WIDTH) -> Iterator[str]:
     yield from wrap(printable(sentence), width, subsequent_indent="  ")
-
-
-def _indented(sentence: str) -> list[str]:
-    return wrap(printable(sentence), WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _cut(lines: Iterable[str]) -> list[str]:

@@ -306,16 +306,11 @@ def _as_dict(motion: Kinematics, curve: Curve) -> dict[str, Any]:
         data |= {"velocity_total": curve.speed, "acceleration_total": curve.total}
         data |= {"tangential": curve.tangential, "normal": curve.normal}
     data["dead_centres"] = motion.dead_centres[curve.name]
-    data["extremes"] = [_extreme(extreme) for extreme in motion.extremes[curve.name]]
+    data["extremes"] = [dict(zip(Extreme._fields[:5], extreme[:5], strict=True)) for extreme in motion.extremes[curve.name]]
     return data
 
 
 _PARTS = ("driver_acceleration", "driver_speed")
-
-
-def _extreme(extreme: Extreme) -> dict[str, Any]:
-    named = extreme._asdict()
-    return {name: named[name] for name in ("quantity", "component", "which", "value", "at")}
 
 
 def _errors(motion: Kinematics, curve: Curve) -> dict[str, Any]:

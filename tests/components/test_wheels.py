@@ -425,14 +425,13 @@ def pull_by_energy(count, radius, thickness, area_ratio):
 def test_rim_on_arms_has_the_least_energy(count, thickness, ratio):
     radius, rho, v = 1.2, 7100.0, 30.0
     pull, moment = pull_by_energy(count, radius, thickness, ratio)
-    result = rim_on_arms(rho, v, count, radius, thickness, ratio)
+    arm, *rim = rim_on_arms(rho, v, count, radius, thickness, ratio)
     hoop, sine, cosine = rho * v**2, np.sin(pi / count), np.cos(pi / count)
-    assert_allclose(result.arm, hoop * pull * ratio, rtol=1e-10)
+    assert_allclose(arm, hoop * pull * ratio, rtol=1e-10)
     at_arm = moment - pull * radius / (2 * sine) * (1 - cosine)
     bending = 6 * np.abs([at_arm, moment]) / thickness  # M t/2 over the second moment t²/12 of a unit area
     tension = 1 - pull / (2 * sine) * np.array([cosine, 1.0])
-    assert_allclose([result.rim_at_arm, result.rim_between], hoop * (tension + bending), rtol=1e-10)
-    assert result.greatest == max(result)
+    assert_allclose(rim, hoop * (tension + bending), rtol=1e-10)
 
 
 @pytest.mark.parametrize("count", [3, 12, 20, 21, 40, 100])
@@ -584,8 +583,8 @@ def test_rim_on_six_arms_as_the_book_has_it():
     assert_allclose(book, [12.7588854618919e6, 38.879127209354095e6, 31.740523024877653e6], rtol=1e-12)
     assert_allclose(book, [12.76e6, 38.9e6, 31.74e6], rtol=0.002)
     true = rim_on_arms(*numbers)
-    assert_allclose(true.arm / book.arm, printed / ring_constant(6, 1.2, 0.15, 4.0), rtol=1e-13)
-    assert 0.93 < true.arm / book.arm < 0.94
+    assert_allclose(true[0] / book[0], printed / ring_constant(6, 1.2, 0.15, 4.0), rtol=1e-13)
+    assert 0.93 < true[0] / book[0] < 0.94
 
 
 def test_printed_factors_are_rounded():
