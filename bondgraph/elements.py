@@ -43,11 +43,35 @@ def real(value: Any) -> Any:
     return float(value) if isinstance(value, np.floating | int) else value
 
 
+def _operator(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Python's methods of an operation, by its ufunc: of the left operand, and of the right one."""
+
+    def left(self: Any, *others: Any) -> Any:
+        return self._apply(name, (self, *others))
+
+    return left, lambda self, other: self._apply(name, (other, self))
+
+
 class Operand:
     """Arithmetic by one method, `_apply(ufunc name, operands)`, for numpy's functions and Python's operators alike."""
 
+    __add__, __radd__ = _operator("add")
+    __sub__, __rsub__ = _operator("subtract")
+    __mul__, __rmul__ = _operator("multiply")
+    __truediv__, __rtruediv__ = _operator("divide")
+    __pow__, __rpow__ = _operator("power")
+    __and__, __or__, __invert__ = (_operator(f"logical_{name}")[0] for name in ("and", "or", "not"))
+    __neg__, __abs__ = (_operator(name)[0] for name in ("negative", "absolute"))
+    __lt__, __le__ = (_operator(name)[0] for name in ("less", "less_equal"))
+    __gt__, __ge__ = (_operator(name)[0] for name in ("greater", "greater_equal"))
+    __eq__, __ne__ = (_operator(name)[0] for name in ("equal", "not_equal"))
+    __hash__ = None  # type: ignore[assignment]  # equal means equal values, which change
+
     def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
         raise NotImplementedError
+
+    def __pos__(self) -> Any:
+        return self
 
     def __array_ufunc__(self, ufunc: Any, method: str, *operands: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs:
@@ -59,74 +83,6 @@ class Operand:
 
     def __float__(self) -> float:
         raise TypeError("math's functions take plain floats only: write the law with numpy's, or as a SymPy expression")
-
-    def __add__(self, other: Any) -> Any:
-        return self._apply("add", (self, other))
-
-    def __radd__(self, other: Any) -> Any:
-        return self._apply("add", (other, self))
-
-    def __sub__(self, other: Any) -> Any:
-        return self._apply("subtract", (self, other))
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._apply("subtract", (other, self))
-
-    def __mul__(self, other: Any) -> Any:
-        return self._apply("multiply", (self, other))
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._apply("multiply", (other, self))
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._apply("divide", (self, other))
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._apply("divide", (other, self))
-
-    def __pow__(self, other: Any) -> Any:
-        return self._apply("power", (self, other))
-
-    def __rpow__(self, other: Any) -> Any:
-        return self._apply("power", (other, self))
-
-    def __and__(self, other: Any) -> Any:
-        return self._apply("logical_and", (self, other))
-
-    def __or__(self, other: Any) -> Any:
-        return self._apply("logical_or", (self, other))
-
-    def __invert__(self) -> Any:
-        return self._apply("logical_not", (self,))
-
-    def __neg__(self) -> Any:
-        return self._apply("negative", (self,))
-
-    def __pos__(self) -> Any:
-        return self
-
-    def __abs__(self) -> Any:
-        return self._apply("absolute", (self,))
-
-    def __eq__(self, other: object) -> Any:
-        return self._apply("equal", (self, other))
-
-    def __ne__(self, other: object) -> Any:
-        return self._apply("not_equal", (self, other))
-
-    __hash__ = None  # type: ignore[assignment]  # equal means equal values, which change
-
-    def __lt__(self, other: Any) -> Any:
-        return self._apply("less", (self, other))
-
-    def __le__(self, other: Any) -> Any:
-        return self._apply("less_equal", (self, other))
-
-    def __gt__(self, other: Any) -> Any:
-        return self._apply("greater", (self, other))
-
-    def __ge__(self, other: Any) -> Any:
-        return self._apply("greater_equal", (self, other))
 
 
 class Dual(Operand):

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.elements import SINGULAR, GraphError, exact, is_symbolic
+from bondgraph.numerics import components
 
 
 def recorded(
@@ -123,7 +124,14 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
     """
     size = len(right)
     if any(is_symbolic(entry) for row in (*lower, right) for entry in row):
-        return _symmetric_symbols(lower, right)
+        import sympy  # type: ignore[import-untyped]
+
+        rows = [[exact(sympy.sympify(value, strict=True)) for value in row] for row in (*lower, right)]
+        whole = [[rows[max(i, j)][min(i, j)] for j in range(size)] for i in range(size)]
+        try:
+            return [row[0] for row in _symbolic(whole, [[value] for value in rows[-1]])]
+        except GraphError as error:
+            raise GraphError(WEIGHTLESS) from error
     factor: list[list[Any]] = [[0.0] * size for _ in range(size)]
     pivots: list[Any] = []
     x: list[Any] = []
@@ -145,28 +153,6 @@ WEIGHTLESS = (
     "the effective inertia vanishes or is negative at one of the positions (a dead centre without inertia on "
     "the other side?): the acceleration is not determined"
 )
-
-
-def _symmetric_symbols(matrix: Rows, force: Sequence[Any]) -> list[Any]:
-    """The u' of M u' = Q, with M given by its lower triangle: one fraction for each, over the determinant of its block."""
-    import sympy  # type: ignore[import-untyped]
-
-    lower = [[exact(sympy.sympify(entry, strict=True)) for entry in row] for row in matrix]
-    right = [exact(sympy.sympify(entry, strict=True)) for entry in force]
-    rates: dict[int, Any] = {}
-    blocks: list[list[int]] = []  # the places of the rows that hang together through entries off the diagonal
-    for i, row in enumerate(lower):
-        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
-        blocks = [block for block in blocks if block not in tied]
-        blocks.append(sorted([i, *(j for block in tied for j in block)]))
-    for block in blocks:
-        whole = sympy.Matrix([[lower[max(i, j)][min(i, j)] for j in block] for i in block])
-        adjugate, determinant = _adjugate(whole)
-        if determinant == 0:
-            raise GraphError(WEIGHTLESS)
-        for i, loads in zip(block, adjugate.tolist(), strict=True):
-            rates[i] = sum(load * right[j] for load, j in zip(loads, block, strict=True)) / determinant
-    return [rates[i] for i in range(len(force))]
 
 
 def _adjugate(matrix: Any) -> tuple[Any, Any]:
@@ -246,7 +232,7 @@ def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
 
 
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
-    """Solves a system of SymPy expressions: numbers serve as pivots, the rest follows by Cramer's rule.
+    """Solves a system of SymPy expressions: numbers serve as pivots, the rest follows by Cramer's rule, block by block.
 
     A pivot that is no number may vanish at a position where the system as a whole does not.
     """
@@ -270,13 +256,17 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
                 factor = rows[k][column] / rows[row][column]
                 rows[k] = [a if _zero(b) else a - factor * b for a, b in zip(rows[k], rows[row], strict=True)]
     solution: dict[int, list[Any]] = {}
-    if left:
-        square = sympy.Matrix([[rows[k][j] for j in open_] for k in left])
-        determinant = square.det("berkowitz")
+    for places in components(
+        {j: {k for i in left if not _zero(rows[i][j]) for k in open_ if not _zero(rows[i][k])} for j in open_}
+    ):
+        block = [i for i in left if any(not _zero(rows[i][j]) for j in places)]
+        if len(block) != len(places):
+            raise GraphError(SINGULAR)
+        adjugate, determinant = _adjugate(sympy.Matrix([[rows[i][j] for j in places] for i in block]))
         if determinant.is_zero:
             raise GraphError(SINGULAR)
-        solution_part = square.adjugate("berkowitz") * sympy.Matrix([rows[k][size:] for k in left]) / determinant
-        solution = {k: list(solution_part.row(n)) for n, k in enumerate(open_)}
+        columns = sympy.Matrix([rows[i][size:] for i in block])
+        solution |= {j: list((adjugate.row(n) * columns) / determinant) for n, j in enumerate(places)}
     for row, column in reversed(taken):
         products = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
         solution[column] = [
