@@ -218,14 +218,7 @@ class Reduction:
 
         With a speed of the coordinate: also laws that depend on speed or time, and resistors, at that speed.
         """
-        at = self._walked(phi, anchor)
-        flows = at.flows
-        efforts = [(e, sign * at.effort(e, unknown) * flows.gain[f]) for e, f, sign in self._sources]
-        if speed is not None:
-            moving = Station(self, at).contributions(speed, time)
-            efforts += [(e, effort + unknown * factor) for e, effort, factor in moving]
-            efforts += [(e, -value * flows.gain[f] ** 2 * speed) for e, value, f in self._resistors]
-        return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
+        return self.at(phi, anchor).moments(unknown, by_name=by_name, speed=speed, time=time)
 
     def _acting(self, at: _LawPositions) -> tuple[list[_Source], list[_Source]]:
         """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
@@ -302,10 +295,13 @@ class Station:
         """I*, its slope and M* at these positions."""
         return self._reduction._reduced(self._at)
 
-    def moments(self, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
-        """The share of M* of each source that depends on neither speed nor time, by its part, or by its own name."""
-        gain = self._at.flows.gain
-        efforts = [(e, sign * self._at.effort(e, unknown) * gain[f]) for e, f, sign in self._reduction._sources]
+    def moments(self, unknown: float = 0.0, *, by_name: bool = False, speed: Any = None, time: Any = 0.0) -> dict[str, Any]:
+        """The share of M* of each source, by its part, or by its own name: `Reduction.moments` at these positions."""
+        gain, reduction = self._at.flows.gain, self._reduction
+        efforts = [(e, sign * self._at.effort(e, unknown) * gain[f]) for e, f, sign in reduction._sources]
+        if speed is not None:
+            efforts += [(e, effort + unknown * factor) for e, effort, factor in self.contributions(speed, time)]
+            efforts += [(e, -value * gain[f] ** 2 * speed) for e, value, f in reduction._resistors]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
     def resistances(self) -> dict[str, Any]:

@@ -49,9 +49,9 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
         return recorded(_plain, matrix, right)
     if any(is_symbolic(entry) for entry in entries):
         return _symbolic(matrix, right)
+    if not any(isinstance(entry, np.ndarray) for entry in entries):
+        return _plain(matrix, right)
     size, columns = len(matrix), len(right[0])
-    if size == 1 and not any(isinstance(entry, np.ndarray) for entry in entries):
-        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
     shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
     a, b = np.empty((*shape, size, size)), np.empty((*shape, size, columns))
     for i in range(size):
@@ -63,8 +63,6 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
         solution = np.linalg.solve(a, b)
     except np.linalg.LinAlgError as error:
         raise GraphError(SINGULAR) from error
-    if not shape:
-        return [[float(value) for value in row] for row in solution]
     return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
 
 
@@ -221,7 +219,7 @@ def _quotient(value: Any, divisor: Any) -> Any:
 
 
 def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
-    """Solves a system of floats alone, for recordings."""
+    """Solves a system of floats alone."""
     if len(matrix) == 1:
         return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
     try:

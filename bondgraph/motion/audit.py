@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Function, Here, Law, Modulus
 from bondgraph.graph import BondGraph, entry
+from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import Step
+from bondgraph.motion.walk import Instant
 
 Array = NDArray[np.float64]
 
@@ -48,29 +50,18 @@ class Audit(NamedTuple):
         )
 
 
-class Sight(NamedTuple):
-    """A motion at times (n,): states by name, middles of smooth pieces, flows and efforts by bond, each (n,)."""
-
-    graph: BondGraph
-    signals: Mapping[str, Function]
-    displacement_of: Mapping[str, str]
-    times: Array
-    states: Mapping[str, Array]
-    anchors: Mapping[str, Array]
-    flows: Mapping[int, Any]
-    efforts: Mapping[int, Any]
-
-
 class Auditor:
-    """Flows and efforts as the elements' laws require them, without the equations of the motion."""
+    """Flows and efforts at times (n,), and what the elements' laws require of them, without the equations of motion."""
 
-    def __init__(self, sight: Sight) -> None:
-        self.graph, self.times, self.shape = sight.graph, sight.times, sight.times.shape
-        self.state, self.anchors, self.displacement_of = sight.states, sight.anchors, sight.displacement_of
-        self.flows = {number: filled(value, self.shape) for number, value in sight.flows.items()}
-        self.efforts = {number: filled(value, self.shape) for number, value in sight.efforts.items()}
+    def __init__(
+        self, dynamics: Dynamics, graph: BondGraph, times: Array, states: Mapping[str, Array], anchors: Any, at: Instant
+    ) -> None:
+        self.graph, self.times, self.shape, self.state, self.anchors = graph, times, times.shape, states, anchors
+        self.displacement_of = dynamics.tables.displacement_of
+        self.flows = {number: filled(value, self.shape) for number, value in at.flows.items()}
+        self.efforts = {number: filled(value, self.shape) for number, value in at.efforts.items()}
         self.places: dict[str, Any] = {TIME: self.times, **self.state}
-        self.places |= {name: signal(*[self.times] * len(signal.of)) for name, signal in sight.signals.items()}
+        self.places |= {name: signal(*[self.times] * len(signal.of)) for name, signal in dynamics.signals.items()}
         for letter, values in (("f", self.flows), ("e", self.efforts)):
             self.places |= {f"{letter}_{name}": values[self.graph.at(name)[0].number] for name in self.graph.elements}
 
@@ -156,7 +147,7 @@ def _by_rows(law: Callable[..., Any], arguments: Sequence[Array]) -> Any:
 
 
 def audit(
-    stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Sight], impacts: Sequence[int] = ()
+    stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Auditor], impacts: Sequence[int] = ()
 ) -> Audit:
     """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there.
 
@@ -166,7 +157,7 @@ def audit(
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
-    inside = Auditor(looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size)))
+    inside = looked_at(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
     graph = inside.graph
     real = {n for b in graph.bonds if b.number not in graph.pseudo for n in b[1:]}
     power = {e.name: inside.power(e.name) for e in graph.of_kind(*ONE_PORTS) if e.name in real}
@@ -181,7 +172,7 @@ def audit(
 
     edges = np.append(starts, stretches[-1].end)
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
-    ends = Auditor(looked_at(edges, owners))
+    ends = looked_at(edges, owners)
     kept = [name for name in of("I", "C") if graph.is_linear(name)]
     linear = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
     stored = linear + since_start([name for name in of("I", "C") if name not in kept])
@@ -199,7 +190,7 @@ def audit(
     dissipated, supplied = since_start(of("R")), -since_start(of("Se", "Sf"))
     if impacts:
         at = np.array(impacts)
-        before = Auditor(looked_at(edges[at], at - 1))
+        before = looked_at(edges[at], at - 1)
         for k, lost in zip(
             impacts, sum((_energy(before, name) for name in kept), start=np.zeros(at.size)) - linear[at], strict=True
         ):

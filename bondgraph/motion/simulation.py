@@ -23,7 +23,7 @@ from bondgraph.elements import ONE_PORTS, TIME, GraphError, refuse
 from bondgraph.graph import BondGraph, as_graph, entry
 from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.algebra import WEIGHTLESS
-from bondgraph.motion.audit import Audit, Sight, audit, filled, lost_heat
+from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
@@ -33,12 +33,7 @@ from bondgraph.numerics import count, counting
 Array = NDArray[np.float64]
 
 _LOOSE = 1e-5  # of what is asked: down to it order 5 takes less work than order 8
-_PILOT, _PLAIN_PILOT = 1e-4, 1e-3  # tolerance of the run that only tells how large the states become
-_FIRST, _FIRST_LOOSE = 0.002, 0.02  # tolerance of the next run's steps to what is asked (order 5): mostly two more runs
-_TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
-_SHORTER = 0.7  # each further run's steps to those of the run before, at least
-_MOST_RUNS = 12  # at tolerances that get tighter
-_WITHIN = (0.27, 0.61, 1.0)  # parts of a step at which two runs are compared
+_PLAIN_PILOT, _FIRST_LOOSE = 1e-3, 0.02  # of explicit steps, and of those of order 5, for stepping.PILOT and stepping.FIRST
 _MOST_COMPARED = 20_000  # steps at which they are
 _FIXED_RATIO = 0.382  # of the shorter step that a fixed one is compared with: no simple part of it, so that no load hides
 _LEAST_STEPS = 400  # steps of a run whose loads vary, at least
@@ -135,7 +130,7 @@ class Run:
     def audit(self) -> Audit:
         """The power audit of the run."""
         changed = [k for k in range(1, len(self.stretches)) if self.trip and self.trip.modes[k] != self.trip.modes[k - 1]]
-        return audit(self.stretches, self._sight, changed)
+        return audit(self.stretches, self._auditor, changed)
 
     @cached_property
     def _plain(self) -> bool:
@@ -146,13 +141,13 @@ class Run:
     def states(self, t: Any = None) -> dict[str, Array]:
         """Every state by name at times t (those of the steps if None)."""
         times = self._times(t)
-        return dict(zip(self._names, self._dense(times, self._owners(times)), strict=True))
+        return dict(zip(self._names, self._dense(times, stepping.owners(self.stretches, times)), strict=True))
 
     def flow(self, name: str, t: Any = None) -> Array:
         """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
         self._check_name(name)
         times = self._times(t)
-        flows = self._looked_at(times, self._owners(times))[0].flows
+        flows = self._looked_at(times, stepping.owners(self.stretches, times))[0].flows
         return self._shaped(flows[entry(self._graph, name).number], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
@@ -161,7 +156,7 @@ class Run:
         displacement = states.get(name, states.get(f"q_{name}"))
         if displacement is None and self.trip is None:
             times = self._times(t)
-            _, state, anchors = self._looked_at(times, self._owners(times))
+            _, state, anchors = self._looked_at(times, stepping.owners(self.stretches, times))
             following = Walk(self.dynamics.tables, times, list(state), anchors).following()
             key = next((key for key in following if key[0] == "q" and name in (key, key[2:])), None)
             displacement = self._shaped(following[key], times) if key else None
@@ -172,7 +167,7 @@ class Run:
     def effort(self, bond: int, t: Any = None) -> Array:
         """The effort of a bond by its number."""
         times = self._times(t)
-        efforts = self._looked_at(times, self._owners(times))[0].efforts
+        efforts = self._looked_at(times, stepping.owners(self.stretches, times))[0].efforts
         if bond not in efforts:
             raise GraphError(f"no bond {bond}: the graph has bonds 1 to {len(efforts)}")
         return self._shaped(efforts[bond], times)
@@ -184,7 +179,7 @@ class Run:
             raise GraphError(f"{self._graph.title(name)} is no one-port: it transmits power; name a one-port")
         bond = self._graph.bond_of(name)
         times = self._times(t)
-        here = self._looked_at(times, self._owners(times))[0]
+        here = self._looked_at(times, stepping.owners(self.stretches, times))[0]
         return self._shaped(bond.sign(name) * here.efforts[bond.number] * here.flows[bond.number], times)
 
     def _check_name(self, name: str) -> None:
@@ -197,10 +192,6 @@ class Run:
         if outside.size:
             raise GraphError(f"found the time {outside[0]:g} s, expected one within 0 and {self.t[-1]:g} s")
         return times
-
-    def _owners(self, times: Array) -> NDArray[np.int_]:
-        ends = np.array([s.end for s in self.stretches])
-        return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
         if self.trip is not None:
@@ -228,12 +219,9 @@ class Run:
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         return self.dynamics.at(times, list(state), anchors), state, anchors
 
-    def _sight(self, times: Array, owners: NDArray[np.int_]) -> Sight:
+    def _auditor(self, times: Array, owners: NDArray[np.int_]) -> Auditor:
         at, state, anchors = self._looked_at(times, owners)
-        dynamics = self.dynamics
-        states = dict(zip(self._names, state, strict=True))
-        named = dynamics.tables.displacement_of
-        return Sight(self._graph, dynamics.signals, named, times, states, anchors, at.flows, at.efforts)
+        return Auditor(self.dynamics, self._graph, times, dict(zip(self._names, state, strict=True)), anchors, at)
 
     def _shaped(self, value: Any, times: Array) -> Array:
         return np.array(np.broadcast_to(np.asarray(value, dtype=float), times.shape))
@@ -353,8 +341,8 @@ class _Stepper:
 
     def adaptive(self, rtol: float) -> Run:
         """The motion within rtol, through dead centres by the method that can."""
-        first = _FIRST_LOOSE if self.method == "RK45" else _FIRST
-        method, tolerance = self.method, max(first * rtol, 10.0 * _TIGHTEST)
+        first = _FIRST_LOOSE if self.method == "RK45" else stepping.FIRST
+        method, tolerance = self.method, max(first * rtol, 10.0 * stepping.FINEST)
         if self._rounded_away():
             self._check_dead_centres()
         try:
@@ -385,7 +373,7 @@ class _Stepper:
             return self._tightened(rtol, tolerance)
         except _StiffnessError as error:
             method, slow = self.method, error
-        before, budget, loose = self.evaluations, self.budget, max(_PILOT, rtol)
+        before, budget, loose = self.evaluations, self.budget, max(stepping.PILOT, rtol)
         self.method, self.stiffness_checked, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
         try:
             self._run(loose, longest=self._longest(), dense=False)
@@ -407,22 +395,20 @@ class _Stepper:
 
     def _tightened(self, rtol: float, tolerance: float) -> Run:
         """Runs at tighter tolerance and with shorter steps until two of them agree within rtol, or rounding wins."""
-        longest, before, expected, idle = self._longest(), np.inf, 0.0, 0
-        pilot = self._run(max(_PLAIN_PILOT if self.method in PLAIN else _PILOT, rtol), longest=longest, dense=False)
+        longest = self._longest()
+        pilot = self._run(max(_PLAIN_PILOT if self.method in PLAIN else stepping.PILOT, rtol), longest=longest, dense=False)
         self.most = self._energy_scales(pilot)
         self._rescale(pilot)
-        run = self._run(tolerance, longest=longest)
-        for _ in range(_MOST_RUNS):
-            self._rescale(run)
-            part = 0.2 if expected <= rtol else max(1e-3, 0.2 * rtol / expected)
-            tolerance = max(part * tolerance, _TIGHTEST)
-            looser, longest = run, min(longest, _SHORTER * float(np.diff(run.t).max()))
+
+        def tighter(tolerance: float, looser: Run) -> tuple[Run, float]:
+            nonlocal longest
+            self._rescale(looser)
+            longest = min(longest, stepping.SHORTER * float(np.diff(looser.t).max()))
             run = self._run(tolerance, longest=longest, beside=None if self.method in ("BDF", "LSODA") else looser)
-            error = max(2.0 * _difference(looser, run, self._scales(run)), tolerance, _rounding(run))
-            idle = idle + 1 if error > 0.5 * before else 0
-            if error <= rtol or (idle and tolerance <= _TIGHTEST) or (idle > 2 and self.method == _THROUGH_DEAD_CENTRES):
-                break
-            before, expected = error, part * error
+            return run, max(2.0 * _difference(looser, run, self._scales(run)), _rounding(run))
+
+        patience = 2.0 if self.method == _THROUGH_DEAD_CENTRES else math.inf
+        run, error = stepping.agreement(self._run(tolerance, longest=longest), tighter, rtol, tolerance, patience)
         return self._finished(run, error, rtol)
 
     def fixed(self, step: float) -> Run:
@@ -447,7 +433,7 @@ class _Stepper:
             eps = 4.0 * np.finfo(float).eps
             for begin in self._beside(start, eps * np.abs(start)) if self._rounded_away() else [start]:
                 self.start = begin
-                self._run(_PILOT, longest=self._longest(), dense=False)
+                self._run(stepping.PILOT, longest=self._longest(), dense=False)
         except _DeadCentreError:
             raise
         except GraphError:  # the run that was asked for will tell
@@ -488,7 +474,7 @@ class _Stepper:
         within, lasts = dense or bool(self.breaks), [0.0]
         length: Callable[[float], float] | None = None
         if beside is not None:
-            ends, widths = beside.t[1:], _SHORTER * np.diff(beside.t)
+            ends, widths = beside.t[1:], stepping.SHORTER * np.diff(beside.t)
 
             def length(t: float) -> float:
                 return float(widths[min(int(np.searchsorted(ends, t, side="right")), widths.size - 1)])
@@ -708,7 +694,7 @@ def _difference(other: Run, run: Run, scale: Array) -> float:
     """The greatest difference of two runs, at the ends of steps and within them, each state relative to its scale."""
     starts, widths = run.t[:-1], np.diff(run.t)
     some = slice(None, None, 1 + widths.size // _MOST_COMPARED)
-    times = np.minimum((starts[some, None] + widths[some, None] * np.array(_WITHIN)).ravel(), run.t[-1])
+    times = np.minimum((starts[some, None] + widths[some, None] * stepping.WITHIN).ravel(), run.t[-1])
     a, b = (np.array(list(each.states(times).values())) for each in (other, run))
     return float(np.max(np.abs(a - b) / scale[:, None], initial=0.0))
 

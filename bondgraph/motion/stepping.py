@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from bondgraph.motion import runge_kutta
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Implicit, Method, RateField, Rates, decay
 from bondgraph.numerics import JUST_STARTED, chebyshev_series, first_change, root
 
+R = TypeVar("R")
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Field = Callable[[float, Array], Array]
@@ -31,6 +32,10 @@ Field = Callable[[float, Array], Array]
 PLAIN: Mapping[str, Method] = {"RK45": ORDER_5, "DOP853": ORDER_8}  # stepped without arrays
 ADAPTIVE = ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF")
 TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
+PILOT, FIRST = 1e-4, 0.002  # tolerance of the run that only tells how large the states become; of the next, to rtol
+FINEST, SHORTER = 1e-13, 0.7  # tolerance of a run's steps, below which rounding wins; further runs' steps to those before
+WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which two runs are compared
+_MOST_RUNS = 12
 _NEAR = 1e-12  # of a period (or of 1): closer to a break than this is on it
 _SPACING = float(np.finfo(float).eps)
 _MOST_STEPS = 1_000_000
@@ -79,6 +84,12 @@ class Step(NamedTuple):
         if isinstance(self.dense, runge_kutta.Step):
             return max(abs(slope[k]) for slope in self.dense.slopes)
         return np.inf
+
+
+def owners(stretches: Sequence[Step], times: Array) -> Index:
+    """The places of the steps that times lie in."""
+    ends = np.array([s.end for s in stretches])
+    return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
 
 class Tolerance(NamedTuple):
@@ -192,6 +203,27 @@ def _explicit(
             message = "Required step size is less than spacing between numbers." if step is None else "it is not finite"
             raise StepError(f"the motion cannot be followed past t = {start:.9g} s: {message}")
         yield Step(step if dense else None, start, runner.t, after=np.array(step.after))
+
+
+def agreement(
+    run: R, tighter: Callable[[float, R], tuple[R, float]], rtol: float, tolerance: float, patience: float = math.inf
+) -> tuple[R, float]:
+    """A run at so tight a tolerance that one of a looser one agrees with it within rtol, or rounding wins; and its error.
+
+    `tighter(tolerance, looser)` gives a further run, and its error by the difference to the looser one. After more runs than
+    `patience` without a gain the last one stands.
+    """
+    before, expected, idle, error = math.inf, 0.0, 0, math.inf
+    for _ in range(_MOST_RUNS):
+        part = 0.2 if expected <= rtol else max(1e-3, 0.2 * rtol / expected)
+        tolerance = max(part * tolerance, FINEST)
+        run, error = tighter(tolerance, run)
+        error = max(error, tolerance)
+        idle = idle + 1 if error > 0.5 * before else 0
+        if error <= rtol or (idle and tolerance <= FINEST) or idle > patience:
+            break
+        before, expected = error, part * error
+    return run, error
 
 
 def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Step]:

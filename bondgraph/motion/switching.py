@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, refuse
 from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.motion import stepping
 from bondgraph.motion.algebra import Balance, settle
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
@@ -41,10 +42,7 @@ _JUMP = 1e-9  # of the law at 1: less is none
 _NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
 _AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
 _MOST_EVENTS = 20_000
-_TIGHTEST, _FIRST, _PILOT = 1e-13, 0.002, 1e-4
-_MOST_RUNS = 10
 _LEAST_STEPS = 400  # of a run whose laws vary with time or displacements
-_WITHIN = np.array([0.27, 0.61, 1.0])
 
 
 class Event(NamedTuple):
@@ -189,20 +187,15 @@ class Trip:
             return math.inf
         starts = np.array([s.start for s in self.stretches])
         widths = np.array([s.end for s in self.stretches]) - starts
-        times = np.unique(np.minimum((starts[:, None] + widths[:, None] * _WITHIN).ravel(), until))
+        times = np.unique(np.minimum((starts[:, None] + widths[:, None] * stepping.WITHIN).ravel(), until))
         worst = 0.0
         for mine, theirs in zip(self.events, other.events, strict=True):
             low, high = sorted((mine.time, theirs.time))
             worst = max(worst, (high - low) / until)
             times = times[(times < low) | (times > high)]
-        states = [trip.states_flows_efforts(times, trip.owners(times))[0] for trip in (self, other)]
+        states = [trip.states_flows_efforts(times, stepping.owners(trip.stretches, times))[0] for trip in (self, other)]
         size = np.array([scales[name] for name in self.names])
         return max(worst, float(np.nanmax(np.abs(states[0] - states[1]) / size[:, None], initial=0.0)))
-
-    def owners(self, times: Array) -> NDArray[np.int_]:
-        """The stretches that times lie in."""
-        ends = np.array([s.end for s in self.stretches])
-        return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
     def greatest(self) -> dict[str, float]:
         """The greatest absolute value of every state at the ends of stretches."""
@@ -290,11 +283,8 @@ class Switched:
     def contents(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
         """The momentum or displacement of every store, and every further state, by name."""
         dynamics = self.dynamics(at)
-        walk = Walk(dynamics.tables, t, list(state), {})
-        by_name = dict(zip(dynamics.state.names, map(float, state), strict=True))
-        for k, port in enumerate(dynamics.form.followers):
-            by_name[dynamics.form.state_name(port)] = float(walk.followed(k))
-        return by_name
+        following = Walk(dynamics.tables, t, list(state), {}).following()
+        return dict(zip(dynamics.state.names, map(float, state), strict=True)) | {n: float(x) for n, x in following.items()}
 
     def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
         """The state of a mode that begins with the stores' present values; followers share theirs with their leaders."""
@@ -363,16 +353,16 @@ class Switched:
     def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:
         """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
         longest = until / _LEAST_STEPS if self._varies() else math.inf
-        trip = self.trip(start, until, method, (max(_PILOT, rtol), {}), longest)
-        tolerance, error = max(_FIRST * rtol, 10.0 * _TIGHTEST), math.inf
-        for k in range(_MOST_RUNS):
-            scales = {name: size or 1.0 for name, size in trip.greatest().items()}
-            looser, trip = trip, self.trip(start, until, method, (tolerance, scales), longest)
-            before, error = error, max(2.0 * trip.difference(looser, scales, until), tolerance)
-            if (k and error <= rtol) or (tolerance <= _TIGHTEST and error > 0.5 * before):
-                break
-            tolerance, longest = max(0.2 * tolerance, _TIGHTEST), 0.7 * longest
-        return trip, error
+        tolerance = max(stepping.FIRST * rtol, 10.0 * stepping.FINEST)
+
+        def tighter(tolerance: float, looser: Trip) -> tuple[Trip, float]:
+            nonlocal longest
+            scales = {name: size or 1.0 for name, size in looser.greatest().items()}
+            trip, longest = self.trip(start, until, method, (tolerance, scales), longest), stepping.SHORTER * longest
+            return trip, 2.0 * trip.difference(looser, scales, until)
+
+        first, _ = tighter(tolerance, self.trip(start, until, method, (max(stepping.PILOT, rtol), {}), longest))
+        return stepping.agreement(first, tighter, rtol, tolerance)
 
     def stepped(
         self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]
@@ -472,7 +462,7 @@ class Switched:
 
     def _watched(self, at: Mode, step: Step, beyond: Sequence[tuple[int, int]]) -> Events:
         """The conditions of a mode as events of a step."""
-        times = step.start + (step.end - step.start) * _WITHIN
+        times = step.start + (step.end - step.start) * stepping.WITHIN
         sizes = np.abs(self.margins(at, times, step.dense(times))[0]).max(axis=1)
         for (k, state), size in zip(beyond, sizes.tolist(), strict=True):
             for side in (state,) if self.switches[k] in self.dry else (0, 1):  # one condition, on either side
