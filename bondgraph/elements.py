@@ -401,6 +401,9 @@ def function(law: Any) -> Function:
     """A `Function` of the names that a Python function's parameters, or an expression's symbols, have.
 
     Parameters with a default value are constants of the function and stay out.
+
+    >>> function(lambda f, theta, k=2.0: k * f * np.sin(theta)).of
+    ('f', 'theta')
     """
     if isinstance(law, Function):
         return law
@@ -577,7 +580,11 @@ class Element(NamedTuple):
 
 
 def One(name: str, domain: str = "", when: Any = None) -> Element:
-    """A 1-junction: one flow, efforts sum to zero. With `when`, switched: while that does not hold, its flow is 0."""
+    """A 1-junction: one flow, efforts sum to zero. With `when`, switched: while that does not hold, its flow is 0.
+
+    >>> One("switch", when=lambda t: t > 1.0).law.symbolic()
+    t - 1
+    """
     return Element("1", name, None if when is None else _margin(f"1:{name}", when), domain)
 
 
@@ -616,12 +623,20 @@ def _margin(where: str, when: Any) -> Function:
 
 
 def Se(name: str, effort: Any, domain: str = "", part: str = "") -> Element:
-    """A source of effort: a number, or a function of displacements, time and signals (MSe)."""
+    """A source of effort: a number, or a function of displacements, time and signals (MSe).
+
+    >>> Se("battery", 12.0).symbol, Se("mains", lambda t: 325.0 * np.sin(314.0 * t)).symbol
+    ('Se', 'MSe')
+    """
     return Element("Se", name, law_of(effort), domain, part)
 
 
 def Sf(name: str, flow: Any, domain: str = "", part: str = "") -> Element:
-    """A source of flow: a number, or a function of displacements, time and signals (MSf)."""
+    """A source of flow: a number, or a function of displacements, time and signals (MSf).
+
+    >>> Sf("pump", 2e-3).symbol, Sf("road", lambda t: 0.1 * np.cos(t)).symbol
+    ('Sf', 'MSf')
+    """
     return Element("Sf", name, law_of(flow), domain, part)
 
 
@@ -659,6 +674,9 @@ def R(name: str, law: Any, domain: str = "", part: str = "") -> Element:
     """A resistor: e = R f with a number, any e(f) with a function of its own flow f (and of displacements, time...).
 
     A matrix is a field: `Builder.field`.
+
+    >>> R("drag", lambda f: 2.0 * f * abs(f)).law.of, R("diode", lambda e: 1e-9 * np.exp(e / 0.05)).law.of
+    (('f',), ('e',))
     """
     return Element("R", name, _shared(f"R:{name}", law, None), domain, part)
 
@@ -669,17 +687,30 @@ def RS(name: str, law: Any, domain: str = "", part: str = "") -> Element:
     It is attached to a junction like R, and bonded to the 0-junction of a body: `b.on("shaft", RS("rub", 0.5)).bond("rub",
     "body")`. In the graph it is the resistor, and a source of the entropy flow e f/T, so that its power comes back as heat;
     in the domain `heat` a source of the heat flow e f.
+
+    >>> from bondgraph import Builder
+    >>> b = Builder().one("shaft").on("shaft", I("J", 2.0), RS("rub", 0.5)).zero("body", "thermal").on("body", C("c", 4.0))
+    >>> [element.name for element in b.bond("rub", "body").build().of_kind("R", "Sf")]
+    ['rub', 'rub.heat']
     """
     return Element("RS", name, law_of(law), domain, part)
 
 
 def TF(name: str, ratio: Any) -> Element:
-    """A transformer: f_out = T f_in, e_in = T e_out; with a function or a `Modulus`, a modulated one (MTF)."""
+    """A transformer: f_out = T f_in, e_in = T e_out; with a function or a `Modulus`, a modulated one (MTF).
+
+    >>> TF("gear", 3.0).symbol, TF("crank", lambda theta: -0.2 * np.sin(theta)).symbol
+    ('TF', 'MTF')
+    """
     return Element("TF", name, law_of(ratio))
 
 
 def GY(name: str, ratio: Any) -> Element:
-    """A gyrator: e_out = G f_in, e_in = G f_out; with a function, a modulated one (MGY)."""
+    """A gyrator: e_out = G f_in, e_in = G f_out; with a function, a modulated one (MGY).
+
+    >>> GY("motor", 0.3).symbol, GY("series motor", lambda f_armature: 0.3 * f_armature).symbol
+    ('GY', 'MGY')
+    """
     return Element("GY", name, law_of(ratio))
 
 

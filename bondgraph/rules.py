@@ -93,7 +93,13 @@ def simplify(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
 
 
 def drop_dangling(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 1: drop junctions with a single bond, with all parts that lose their power thereby."""
+    """Rule 1: drop junctions with a single bond, with all parts that lose their power thereby.
+
+    >>> from bondgraph import Builder, I, Se
+    >>> b = Builder().one("shaft").one("idle").on("shaft", Se("M", 3.0), I("J", 2.0)).bond("shaft", "idle")
+    >>> print(drop_dangling(b.build(loose=True)).log[0])
+    dangling: bond 3: 1:idle dropped; no element is on 1:idle, so its bond has no effort
+    """
     return _run((_dangling,), graph, keep)
 
 
@@ -134,12 +140,23 @@ def absorb_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
 
     Only where the rest still hangs together: a bond that alone holds the graph together stays; nor is a source in `keep`
     copied. The powers of the source and its copies add up to its former power.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().zero("bus").one("a").one("b").bond("bus", "a").bond("bus", "b").bond("a", "b").on("bus", Se("u", 3.0))
+    >>> print(absorb_junctions(b.on("a", I("L", 2.0)).on("b", R("r", 1.0)).build()).log[0].rule)
+    source at a junction
     """
     return _run((_absorbed,), graph, keep)
 
 
 def merge_double_differences(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 6: two 0-junctions that take the same difference of the same two flows become one, that feeds a 1-junction."""
+    """Rule 6: two 0-junctions that take the same difference of the same two flows become one, that feeds a 1-junction.
+
+    >>> from bondgraph import Builder, C, I, R
+    >>> b = Builder().one("a").one("b").on("a", I("m", 1.0)).on("b", I("n", 2.0)).between("a", "b", C("k", 1.0))
+    >>> print(merge_double_differences(b.between("a", "b", R("d", 1.0), name="beside").build()).log[0].rule)
+    double difference
+    """
     return _run((_double_difference,), graph, keep)
 
 

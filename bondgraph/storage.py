@@ -98,6 +98,13 @@ def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = Fa
     Raises:
         GraphError: the file is there already, cannot be written, or a law cannot be saved.
 
+    >>> import tempfile
+    >>> from bondgraph import Builder, I, Se
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(Builder().one("shaft").on("shaft", Se("M", 3.0), I("J", 2.0)).build(), f"{folder}/graph.json")
+    ...     load(f"{folder}/graph.json")
+    BondGraph(3 elements, 2 bonds)
+
     """
     rows = {
         key: "[\n  " + ",\n  ".join(json.dumps(row, allow_nan=False) for row in value) + "\n ]"
