@@ -171,6 +171,10 @@ def _wrong_names(graph: BondGraph) -> Iterator[str]:
             yield f"{name!r} is declared, but always means the time"
 
 
+_READ = {"f": "flow of a 1-junction or one-port", "e": "effort of a 0-junction or one-port"}
+_READ |= {"p": "momentum of an inertia", "q": "displacement of a compliance"}
+
+
 def _wrong_laws(graph: BondGraph) -> Iterator[str]:
     variables = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
     for name, element in graph.elements.items():
@@ -198,7 +202,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
                 "I": "; its own momentum is p",
             }.get(element.kind, "")
             for missing in [n for n in law.of if n not in variables | own and graph.reading(n) is None]:
-                expected = "no declared displacement, signal or parameter, nor t" + hint
+                of = f", nor the {_READ[missing[0]]}" if missing[:2] in ("f_", "e_", "p_", "q_") else ""
+                expected = f"no declared displacement, signal or parameter, nor t{of}{hint}"
                 yield f"{where}: depends on {missing!r}, which is {expected}"
             varying = [n for n in graph.depends_on(name) if (graph.reading(n) or "f")[0] not in "pq"]
             if (

@@ -23,7 +23,7 @@ from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, f
 from bondgraph.equations import Reading
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion.dynamics import Dynamics, Formulation
-from bondgraph.motion.walk import Walk
+from bondgraph.motion.walk import Port, Walk
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
@@ -466,17 +466,24 @@ def linearize(
     import sympy  # type: ignore[import-untyped]
 
     graph = as_graph(graph)
-    read = Reading(graph, False, Formulation(graph).of)
-    finish, twin, form = read.twin.finish, read.twin, read.form
     dynamics = Dynamics(graph, signals)
-    names, states = dynamics.state.names, [finish(symbol) for symbol in read.state]
+    names = dynamics.state.names
     try:
         point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
     except GraphError as error:
         raise GraphError(f"{error}; or give a state to linearize at, by at=") from error
+    refuse(f"at {name!r}: no such state; they are {', '.join(names)}" for name in point if name not in names)
+    here = Walk(dynamics.tables, 0.0, [point[name] for name in names], {})
+
+    def value(of: int | Port) -> float:
+        return float(here.whole(of) if isinstance(of, int) else here.inverse(of, here.value(of.input)))
+
+    read = Reading(graph, False, dynamics.form.of, point=value)
+    finish, twin, form = read.twin.finish, read.twin, read.form
+    states = [finish(symbol) for symbol in read.state]
     plain = [e.name for e in graph.of_kind("Se", "Sf") if e.name in twin.own]
     symbols = {name: twin.own[name] for name in plain} | {name: finish(twin.places[name]) for name in graph.signals}
-    refuse(_unknown(graph, names, point, inputs or (), outputs or (), symbols))
+    refuse(_unknown(graph, names, inputs or (), outputs or (), symbols))
     moved = tuple(symbols if inputs is None else inputs)
     output_names = tuple(names if outputs is None else outputs)
     read.walk.driven = {}
@@ -528,8 +535,8 @@ def _jacobian(rows: Sequence[Any], by: Sequence[Any], every: Sequence[Any] | Non
     return sympy.Matrix(sympy.SparseMatrix(len(rows), len(by), slopes))
 
 
-def _unknown(graph: BondGraph, names: Sequence[str], point: Any, inputs: Any, outputs: Any, symbols: Any) -> list[str]:
-    faults = [f"at {name!r}: no such state; they are {', '.join(names)}" for name in point if name not in names]
+def _unknown(graph: BondGraph, names: Sequence[str], inputs: Any, outputs: Any, symbols: Any) -> list[str]:
+    faults = []
     for name in inputs:
         if name in graph.elements and graph.elements[name].kind in ("Se", "Sf") and name not in symbols:
             faults.append(f"input {name!r}: {graph.where(name)} has a law of its own; give it as a number or a signal")

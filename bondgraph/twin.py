@@ -274,11 +274,19 @@ def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) ->
     return type(name, (sympy.Function,), body)
 
 
-class SymbolicWalk(Walk):
-    """A walk on symbols that keeps every value of a law as one symbol, unfolded at the end."""
+Point = Callable[[int | Port], float]  # a flow or effort by its variable, and what a follower holds, at an operating point
 
-    def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False) -> None:
-        self.twin, self.sequential = twin, sequential
+
+class SymbolicWalk(Walk):
+    """A walk on symbols that keeps every value of a law as one symbol, unfolded at the end.
+
+    With a `point`, laws that no formula turns round are their tangents there, so that all slopes at the point are right.
+    """
+
+    def __init__(
+        self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False, point: Point | None = None
+    ) -> None:
+        self.twin, self.sequential, self.point = twin, sequential, point
         self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
         self.solved: dict[
             int, tuple[Callable[[Any], Any], Any]
@@ -372,12 +380,18 @@ class SymbolicWalk(Walk):
         read = {n: at if n == own else self.form.read(port, n) for n in law.of}
         names = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
         value, partials = super()._symbolic_partials(law, self._arguments(law, name, outputs=names))
-        if any(partial.has(*names.values()) for partial in partials):
-            return None
         signs = {n: port.sign if n == OWN_FLOW else 1 for n in names}
+        at = dict.fromkeys(names.values(), sympy.S.Zero)
+        if any(partial.has(*names.values()) for partial in partials):
+            if self.point is None:
+                return None
+            at = {names[n]: sympy.Float(signs[n] * self.point(v), 17) for n, v in read.items() if v is not None}
+        partials = tuple(partial.xreplace(at) for partial in partials)  # of its tangent, if it is no straight line
+        tangent = dict(zip(law.of, partials, strict=True))
+        constant = value.xreplace(at) - total(tangent[n] * at[names[n]] for n in names)
         slopes = [(v, signs[n] * a) for (n, v), a in zip(read.items(), partials, strict=True) if v is not None]
         left = (effort, -1) if own == OWN_FLOW else (flow, -port.sign) if own else (port.output, -1)
-        return [left, *slopes], value.xreplace(dict.fromkeys(names.values(), sympy.S.Zero))
+        return [left, *slopes], constant
 
     def _step(self, value: Any) -> Any:
         """A symbol for an intermediate result, if it is more than one."""
@@ -400,7 +414,11 @@ class SymbolicWalk(Walk):
         own = sympy.Dummy(real=True)
         arguments = self._arguments(law, name, own)
         value, partials = super()._symbolic_partials(law, arguments)
-        slope = partials[arguments.index(own)]
+        slope, output = partials[arguments.index(own)], port.sign * output if port.element.kind == "I" else output
+        if slope.has(own) and self.point is not None:  # to the second order, for its slope varies
+            at = {own: sympy.Float(self.point(port), 17)}
+            away, first, second = output - value.xreplace(at), slope.xreplace(at), slope.diff(own).xreplace(at)
+            return at[own] + away / first - second * away**2 / (2 * first**3)
         if slope.has(own):
             of = "momentum" if port.element.kind == "I" else "displacement"
             raise GraphError(
@@ -408,7 +426,7 @@ class SymbolicWalk(Walk):
                 "let it lead, by state_equations(graph, causality=causality(graph, {NAME: 'derivative'})) of those that it "
                 "follows, or use Dynamics"
             )
-        return (port.sign * output if port.element.kind == "I" else output) / slope - value.subs(own, 0) / slope
+        return output / slope - value.subs(own, 0) / slope
 
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return self.twin.hold(super()._symbolic(law, arguments))

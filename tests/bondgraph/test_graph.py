@@ -536,6 +536,13 @@ LAWS = {
             f"C:c, bond 4: depends on 'f', {UNDECLARED}; its own displacement is q",
         ],
     ),
+    "another's quantity": (
+        shaft().on("a", Se("F", lambda e_a: e_a), Se("G", lambda f_b: f_b)),
+        [
+            f"MSe:F, bond 3: depends on 'e_a', {UNDECLARED}, nor the effort of a 0-junction or one-port",
+            f"MSe:G, bond 4: depends on 'f_b', {UNDECLARED}, nor the flow of a 1-junction or one-port",
+        ],
+    ),
     "no own": (shaft().on("a", Se("F", lambda f: f)), [f"MSe:F, bond 3: depends on 'f', {UNDECLARED}"]),
     "inertia": (
         shaft().on("a", I("m", lambda x, k: x * k)),

@@ -97,6 +97,22 @@ def test_states_of_any_size_have_an_equilibrium_and_slopes():
     assert_allclose(linearize(graph).A, [[-(1e9 + 4e17 * charge) / 1e3]], rtol=1e-9)
 
 
+def test_laws_that_no_formula_turns_round_have_their_slopes_at_the_point():
+    """An orifice of e = f |f| between tanks, a spring that follows a tank, and what their rates' differences say."""
+    b = Builder().zero("a").one("pipe").zero("b").bond("a", "pipe").bond("pipe", "b").on("a", C("A", 2.0), R("leak", 3.0))
+    b.on("pipe", R("orifice", lambda f: f * abs(f))).on("b", C("B", 1.0))
+    graph = b.zero("c").on("c", C("curved", lambda q: 4.0 * q + 3.0 * q**3)).transform("b", "c", 0.5).build()
+    at = {"q_A": 5.0, "q_B": 1.0}
+    result, dynamics = linearize(graph, at=at, outputs=["f_pipe", "e_c"]), Dynamics(graph)
+    assert result.states == ("q_A", "q_B")
+    columns = []
+    for k in range(2):
+        ahead, behind = ([v + side * 1e-5 * (j == k) for j, v in enumerate(at.values())] for side in (1, -1))
+        columns.append((np.array(dynamics.rates(0.0, *ahead)) - dynamics.rates(0.0, *behind)) / 2e-5)
+    assert_allclose(result.A, np.transpose(columns), rtol=1e-8)
+    assert_allclose(result.C, [[0.25 / np.sqrt(1.5), -0.5 / np.sqrt(1.5)], [0.0, 2.0]], rtol=1e-12)
+
+
 def test_a_law_that_is_not_defined_at_the_start_is_no_equilibrium():
     b = Builder().one("m").on("m", I("M", 2.0), Se("F", 3.0), C("gas", lambda q: np.log(q)))
     with pytest.raises(GraphError, match=r"^no equilibrium was sought: a law is not defined at p_M = 0, q_gas = 0; give"):
