@@ -15,6 +15,8 @@ import flywheel
 from flywheel.components import press_work
 from flywheel.components.gear_trains import Shaft, Stage, geared_acceleration, geared_torque, with_rope
 from flywheel.components.press_work import Speeds, energy_given, inertia_for
+from flywheel.motions.stroke_course import slip_heat
+from flywheel.motions.strokes import Strokes
 
 # The published data, and the few shapes of scene that most of the problems come down to.
 
@@ -475,6 +477,25 @@ def test_16_19_and_16_22_by_formula() -> None:
     press = press_work.press_cycle(energy, 60 / case["rate_per_min"], case["t_punch_s"])
     inertia = press_work.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
     agree("khurmi-16.22", m_kg=inertia / case["k_m"] ** 2)
+
+
+@pytest.mark.slow
+def test_11_14_a_clutch_takes_a_shaft_along() -> None:
+    case = inputs("bhandari-11.14")
+    speed, driven = case["N_rpm"] * RPM, case["m2_kg"] * case["k2_m"] ** 2
+    wheel, torque = case["m1_kg"] * case["k1_m"] ** 2, case["P_W"] / speed
+    joined = press_work.engage(wheel, speed, driven, torque=torque)
+    agree("bhandari-11.14", t_s=joined.time, E_J=joined.heat)
+    scene = {
+        "shafts": {"wheel": {"ratio": 1, "clutch": {"torque": torque, "disengage": "300 deg"}}},
+        "inertia": [{"on": "crank", "value": driven}],
+        "brake": [{"torque": 300, "engage": "310 deg"}],
+        "single_stroke": {"rate": "20 1/min", "continuous": 2},
+        "drive": {"on": "wheel", "torque": f"1e-13*({speed!r} - omega)"},
+        "flywheel": {"on": "wheel", "inertia": wheel},
+    }
+    slip = Strokes(flywheel.load(scene), wheel, 1e-10).stroke(speed, 0.0).legs[0]
+    agree("bhandari-11.14", 1e-8, t_s=slip.end, E_J=slip_heat(slip, 1.0))
 
 
 def test_16_21_by_formula() -> None:
