@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import DOMAINS, STORES, GraphError, One, refuse
+from bondgraph.elements import DOMAINS, STORES, Domain, GraphError, One, refuse
 from bondgraph.files import replacement
 from bondgraph.graph import BondGraph, activated, as_graph
 from bondgraph.layout import (
@@ -141,15 +141,14 @@ def picture(
             middle = Segment(Spot(box.x - box.width / 2.0, box.y), Spot(box.x + box.width / 2.0, box.y))
             marks.append(Mark(middle, samples[name], box.height))
     for bond in (*graph.bonds, *activated(graph)):
-        line, domain = drawn.bonds[bond.number], graph.domain(bond)
-        colour = COLOURS[domain.name] if domain is not None else _INK
+        line = drawn.bonds[bond.number]
         if bond.number < 0:
             marks += [Mark(part, _INK, 0.8) for part in (line, *arrow_head(line))]
             continue
         marks += [Mark(line, _MARKED, 7.0)] * (bond.number in looped)
-        marks += [Mark(line, colour, 1.2), Mark(half_arrow(line), colour, 1.2)]
+        marks += _bond_marks(line, graph.domain(bond))
         if bond.number in strokes:
-            marks.append(Mark(stroke(line, strokes[bond.number] == bond.head), colour, 2.0))
+            marks.append(Mark(stroke(line, strokes[bond.number] == bond.head), marks[-1].colour, 2.0))
     for name, label in drawn.labels.items():
         first, *below = drawn.boxes[name]
         if label.junction:
@@ -217,9 +216,8 @@ def word_picture(system: WordGraph, title: str | None = None) -> Picture:
     marks, present = [], []
     for bond, tail, head in joined:
         line, domain = drawn.bonds[bond.number], system.domain(tail) or system.domain(head)
-        colour = COLOURS[domain.name] if domain is not None else _INK
         present += [domain.name] if domain is not None else []
-        marks += [Mark(line, colour, 1.2), Mark(half_arrow(line), colour, 1.2)]
+        marks += _bond_marks(line, domain)
         marks.append(_text("", drawn.numbers[bond.number], NUMBER_SIZE, _FAINT)._replace(literal=texts[bond.number]))
     for word, (box,) in drawn.boxes.items():
         x, y, dx, dy = box.x, box.y, box.width / 2.0, box.height / 2.0
@@ -228,6 +226,11 @@ def word_picture(system: WordGraph, title: str | None = None) -> Picture:
         marks.append(_text("", box, LABEL_SIZE)._replace(literal=word))
     domains = [name for name in DOMAINS if name in present]
     return _framed(drawn, marks, [domains] if domains else [], title, COLOURS)
+
+
+def _bond_marks(line: Segment, domain: Domain | None) -> list[Mark]:
+    colour = _INK if domain is None else COLOURS[domain.name]
+    return [Mark(line, colour, 1.2), Mark(half_arrow(line), colour, 1.2)]
 
 
 def _text(text: str, box: Box, size: float, colour: str = _INK) -> Mark:

@@ -185,25 +185,11 @@ _COMPOUND: dict[str, Callable[..., Any]] = {
     "hypot": lambda a, b: (a**2 + b**2) ** 0.5,
 }
 
-_SYMPY_NAMES = {
-    **{name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "sign")},
-    "arcsin": "asin",
-    "arccos": "acos",
-    "arctan": "atan",
-    "arctan2": "atan2",
-    "absolute": "Abs",
-    "less": "Lt",
-    "less_equal": "Le",
-    "greater": "Gt",
-    "greater_equal": "Ge",
-    "equal": "Eq",
-    "not_equal": "Ne",
-    "logical_and": "And",
-    "logical_or": "Or",
-    "logical_not": "Not",
-    "maximum": "Max",
-    "minimum": "Min",
-}
+SHORT = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}  # numpy's names, and all others'
+_SYMPY_NAMES = {name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "sign")} | SHORT
+_SYMPY_NAMES |= {"less": "Lt", "less_equal": "Le", "greater": "Gt", "greater_equal": "Ge", "equal": "Eq", "not_equal": "Ne"}
+_SYMPY_NAMES |= {"logical_and": "And", "logical_or": "Or", "logical_not": "Not"}
+_SYMPY_NAMES |= {"absolute": "Abs", "maximum": "Max", "minimum": "Min"}
 
 
 def untraced(value: Any) -> Any:

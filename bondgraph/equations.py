@@ -41,7 +41,7 @@ from bondgraph.graph import BondGraph, Builder, as_graph
 from bondgraph.motion.algebra import readable
 from bondgraph.motion.dynamics import Dynamics, Formulation, exact_gains
 from bondgraph.motion.walk import Group, Port
-from bondgraph.twin import Point, SymbolicWalk, twin
+from bondgraph.twin import SymbolicWalk, twin
 
 if TYPE_CHECKING:
     from bondgraph.strokes import Causality
@@ -57,23 +57,16 @@ class Reading:
 
     """
 
-    def __init__(
-        self,
-        graph: BondGraph,
-        opaque: bool,
-        form: Callable[[BondGraph], Formulation],
-        sequential: bool = False,
-        point: Point | None = None,
-    ) -> None:
+    def __init__(self, graph: BondGraph, opaque: bool, form: Callable[[BondGraph], Formulation], **walk: Any) -> None:
         self.twin = twin(graph, opaque=opaque)
         self.form = form(self.twin.graph)
         dynamics = Dynamics(self.twin.graph, self.twin.signals(), self.form)
-        for group in dynamics.tables.iterated if point is None else ():
+        for group in () if "point" in walk else dynamics.tables.iterated:
             self._check_closed(graph, group)
         self.tables = dynamics.tables._replace(iterated=())
         self.state = [self.twin.names.take(self.form.state_name(p), "state") for p in self.form.stores]
         self.state += [self.twin.places[d.name] for d in self.form.displacements]
-        self.walk = SymbolicWalk(self.twin, self.tables, self.state, sequential, point)
+        self.walk = SymbolicWalk(self.twin, self.tables, self.state, **walk)
 
     def rates(self) -> list[Any]:
         """The rates of the states."""
@@ -489,7 +482,7 @@ def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequen
     if settled is not None:
         exact_gains(settled)  # refuses loops without a solution, or of several
     form = settled.of if settled is not None else lambda twin: Formulation(twin, causality)
-    return Reading(graph, opaque, form, sequential)
+    return Reading(graph, opaque, form, sequential=sequential)
 
 
 def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:

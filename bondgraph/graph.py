@@ -171,6 +171,7 @@ def _wrong_names(graph: BondGraph) -> Iterator[str]:
             yield f"{name!r} is declared, but always means the time"
 
 
+_OWN = {"R": "flow is f, its own effort e", "C": "displacement is q", "I": "momentum is p"}
 _READ = {"f": "flow of a 1-junction or one-port", "e": "effort of a 0-junction or one-port"}
 _READ |= {"p": "momentum of an inertia", "q": "displacement of a compliance"}
 
@@ -196,11 +197,7 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
         elif isinstance(law, Function):
             own = {own_name(element.kind, law.of, variables)} - {None}
-            hint = {
-                "R": "; its own flow is f, its own effort e",
-                "C": "; its own displacement is q",
-                "I": "; its own momentum is p",
-            }.get(element.kind, "")
+            hint = f"; its own {_OWN[element.kind]}" if element.kind in _OWN else ""
             for missing in [n for n in law.of if n not in variables | own and graph.reading(n) is None]:
                 of = f", nor the {_READ[missing[0]]}" if missing[:2] in ("f_", "e_", "p_", "q_") else ""
                 expected = f"no declared displacement, signal or parameter, nor t{of}{hint}"

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Operand
+from bondgraph.elements import SHORT, Operand
 
 __all__ = ["LOST", "NAMESPACE", "Complex", "Conditions", "Program", "Recorded", "Recorder", "solved", "source"]
 
@@ -45,20 +45,8 @@ _MATH = (  # functions that the math module has under this name
     *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "acosh", "exp", "log", "sinh", "cosh", "tanh", "hypot"),
     *("log1p", "expm1", "floor", "ceil"),
 )
-_BY_NUMPY = {  # names of numpy's own functions, where they are others
-    "arcsin": "asin",
-    "arccos": "acos",
-    "arccosh": "acosh",
-    "arctan": "atan",
-    "arctan2": "atan2",
-    "absolute": "abs",
-    "fabs": "abs",
-    "positive": "add",
-    "float_power": "power",
-    "bitwise_and": "logical_and",
-    "bitwise_or": "logical_or",
-    "invert": "logical_not",
-}
+_BY_NUMPY = SHORT | {"arccosh": "acosh", "absolute": "abs", "fabs": "abs", "positive": "add", "float_power": "power"}
+_BY_NUMPY |= {"bitwise_and": "logical_and", "bitwise_or": "logical_or", "invert": "logical_not"}
 _NUMPY = {name: name for name in (*_SYMBOLS, *_COMPARISONS, *_LOGIC, *_MATH)}
 _NUMPY |= {name: name for name in ("power", "negative", "abs", "sign", "minimum", "maximum", "where")}
 LOST = "a recorded number has no plain value here: results computed with it would be missing from the record"

@@ -381,14 +381,14 @@ class SymbolicWalk(Walk):
         names = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
         value, partials = super()._symbolic_partials(law, self._arguments(law, name, outputs=names))
         signs = {n: port.sign if n == OWN_FLOW else 1 for n in names}
-        at = dict.fromkeys(names.values(), sympy.S.Zero)
+        there = dict.fromkeys(names.values(), sympy.S.Zero)
         if any(partial.has(*names.values()) for partial in partials):
             if self.point is None:
                 return None
-            at = {names[n]: sympy.Float(signs[n] * self.point(v), 17) for n, v in read.items() if v is not None}
-        partials = tuple(partial.xreplace(at) for partial in partials)  # of its tangent, if it is no straight line
+            there = {names[n]: sympy.Float(signs[n] * self.point(v), 17) for n, v in read.items() if v is not None}
+        partials = tuple(partial.xreplace(there) for partial in partials)  # of its tangent, if it is no straight line
         tangent = dict(zip(law.of, partials, strict=True))
-        constant = value.xreplace(at) - total(tangent[n] * at[names[n]] for n in names)
+        constant = value.xreplace(there) - total(tangent[n] * there[names[n]] for n in names)
         slopes = [(v, signs[n] * a) for (n, v), a in zip(read.items(), partials, strict=True) if v is not None]
         left = (effort, -1) if own == OWN_FLOW else (flow, -port.sign) if own else (port.output, -1)
         return [left, *slopes], constant

@@ -16,7 +16,7 @@ from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Fun
 from bondgraph.graph import BondGraph, entry
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import Step
-from bondgraph.motion.walk import Instant
+from bondgraph.motion.walk import Instant, by_rows
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Auditor:
             parameter = of in self.graph.parameters and of != named
             value = own if of == named else self.graph.parameter(of, name) if parameter else self.places[of]
             arguments.append(filled(value, self.shape))
-        return filled(_by_rows(law, arguments), self.shape)
+        return filled(by_rows(law, arguments), self.shape)
 
     def _motion(self, name: str, law: Law | Modulus) -> Array:
         """A law or modulus of a motion, position by position."""
@@ -88,7 +88,7 @@ class Auditor:
             here, there = (Here(x, law.motion.position(x, np, anchor), np, speed, flow, t) for x in (q, anchor))
             return law.value(here.position) if isinstance(law, Modulus) else law.effort(here, there)
 
-        return filled(_by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
+        return filled(by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
 
     def wrong_power(self) -> dict[str, Array]:
         """The power of each element that its law does not explain; of junctions and two-ports, the power not passed on."""
@@ -136,14 +136,6 @@ class Auditor:
         """The power into a one-port."""
         bond = self.graph.bond_of(name)
         return bond.sign(name) * self.efforts[bond.number] * self.flows[bond.number]
-
-
-def _by_rows(law: Callable[..., Any], arguments: Sequence[Array]) -> Any:
-    """A law at arrays; one of plain numbers at each by itself."""
-    try:
-        return law(*arguments)
-    except (TypeError, ValueError):
-        return np.array([law(*row) for row in zip(*(a.tolist() for a in arguments), strict=True)])
 
 
 def audit(

@@ -35,6 +35,7 @@ from bondgraph.motion.walk import Walk
 Array = NDArray[np.float64]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
 
+_ON, _DRY = {0: "off", 1: "on"}, {0: "at rest", 1: "sliding", -1: "sliding back"}
 _TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
 _TRIED = (0.37, -0.71, 1.0)  # values of what a law depends on, at which a jump is searched for
 _SMALL = 1e-12  # a flow at which a law that jumps is still what it is beside its jump, and one with a pole is not
@@ -225,18 +226,13 @@ class Switched:
             try:
                 dynamics = Dynamics(mode(self.graph, **states), self.signals)
             except GraphError as error:
-                said = ", ".join(f"{n} {self._said(n, s)}" for n, s in states.items())
+                said = ", ".join(f"{n} {(_DRY if n in self.dry else _ON)[s]}" for n, s in states.items())
                 raise GraphError(f"with {said}: {error}") from error
             if any(p.element.name != n for p in dynamics.form.followers for n in self.graph.coupled(p.element.name)):
                 raise GraphError("a field's ports follow in one mode and not in another: put an R, or a C, between")
             self._dynamics[at] = dynamics
             self.names |= dict.fromkeys(dynamics.state.names)
         return self._dynamics[at]
-
-    def _said(self, name: str, state: int) -> str:
-        if name in self.dry:
-            return {1: "sliding", -1: "sliding back", 0: "at rest"}[state]
-        return "on" if state else "off"
 
     def margins(self, at: Mode, times: Array, states: Array) -> tuple[Array, list[tuple[int, int]]]:
         """The margins of a mode, each above 0 within it, at times (n,); for each the switch and its state beyond."""

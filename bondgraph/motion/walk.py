@@ -349,19 +349,7 @@ class Walk:
         node = next((a for a in arguments if isinstance(a, Recorded)), None)
         if node is not None:
             return node.recorder.through(called, arguments, results)
-        try:
-            return called(*arguments)
-        except (TypeError, ValueError):  # a law that branches, or uses functions of plain numbers, takes one at a time
-            if not any(isinstance(a, np.ndarray) for a in arguments):
-                raise
-            shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
-            rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
-            row_results = np.array([called(*row) for row in rows], dtype=float)
-            return (
-                tuple(c.reshape(shape) for c in row_results.reshape(-1, results).T)
-                if results
-                else row_results.reshape(shape)
-            )
+        return by_rows(called, arguments, results)
 
     def _arguments(self, law: Function, name: str, own: Any = None, outputs: Mapping[Any, Any] | None = None) -> list[Any]:
         """The arguments of a law; `outputs` has flows and efforts that are not yet known, besides its own."""
@@ -827,6 +815,19 @@ class Walk:
                     bias[variable] = solution[row][0]
         self._biased = bias
         return bias
+
+
+def by_rows(called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
+    """A law at numbers or arrays; one that branches, or uses functions of plain numbers, at one state after the other."""
+    try:
+        return called(*arguments)
+    except (TypeError, ValueError):
+        if not any(isinstance(a, np.ndarray) for a in arguments):
+            raise
+    shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
+    rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
+    values = np.array([called(*row) for row in rows], dtype=float)
+    return tuple(c.reshape(shape) for c in values.reshape(-1, results).T) if results else values.reshape(shape)
 
 
 def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
