@@ -642,29 +642,29 @@ def _type(phases: list[Phase], rows: list[PhaseLoad]) -> str | None:
 def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temperature | None:
     """Rise of the windings over a duty, phase by phase with starts and changes of speed; None if data are missing.
 
-    The losses are means over the cycles of a phase. What the rise in its steady cycle (of its sizing in `runs`) exceeds that
-    of the mean by is in the error.
+    The losses are means over the cycles of a phase, and over a start or change of speed. In the error are what the rise in a
+    steady cycle (of its sizing in `runs`) exceeds that of the mean by, and losses of starts that come at another instant.
     """
     data = None if scene.motor is None else scene.motor.thermal
     if data is None or scene.motor is None or any(row.heat is None and not row.rest for row in duty.phases):
         return None
     rated, sequence, ends, starts = scene.motor.rated_total_heat, list[Losses](), list[int](), dict[str, int]()
-    above = 0.0
+    above, late = 0.0, list[Losses]()  # with all losses of a start in its second half
     for row in duty.phases:
         heat, count = (row.heat or 0.0) * row.duration, row.starts or int(row.change_time is not None)
         time, joules = row.start_time or row.change_time or 0.0, row.start_heat or row.change_heat or 0.0
         steady = row.duration - count * time
         after = (heat - count * joules) / steady / rated if steady > 0.0 else 0.0
-        for _start in range(count):
-            sequence += [Losses(time, joules / time / rated), Losses(steady / count, after, row.cooling)]
-        if not count:
-            sequence.append(Losses(steady, after, row.cooling))
+        running, share = Losses(steady / max(count, 1), after, row.cooling), joules / max(time, 1e-300) / rated
+        sequence += [Losses(time, share), running] * count or [running]
+        late += [Losses(0.5 * time, 0.0), Losses(0.5 * time, 2.0 * share), running] * count or [running]
         ends.append(len(sequence))
         if not row.rest and (steadily := runs[row.name].temperature) is not None:
             above = max(above, steadily.greatest - data.rise * after)
         if row.starts:
-            starts[row.name] = starts_an_hour(data, after, Losses(time, joules / time / rated))
+            starts[row.name] = starts_an_hour(data, after, Losses(time, share))
     windings = course(data, sequence)
+    above += abs(course(data, late).greatest - windings.greatest)
     rises = tuple((row.name, windings.ends[end]) for row, end in zip(duty.phases, ends, strict=True))
     error = duty.errors.get("heat", 0.0) + _TO_AND_FRO * above / max(windings.greatest, 1e-300)
     return Temperature(windings.greatest, windings.time, data.limit, error, rises, starts)

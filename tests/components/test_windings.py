@@ -145,6 +145,31 @@ def test_changes_between_phases_are_those_of_the_duty_followed_in_time():
     assert abs(rows["heavy"].heat / alone - 1.0) > 0.005  # what was left out
 
 
+@pytest.mark.slow
+def test_the_error_of_a_rise_contains_the_course_of_losses_within_starts():
+    text = MACHINE.replace("-40 - 20*sin(phi)", "-30").replace("inertia = 60", "inertia = 1.2")
+    result = flywheel.size(
+        flywheel.load(text + PHASES.split('[[duty]]\nname = "light"')[0].replace('"40 s"', '"40 s"\nstarts = 1'))
+    )
+    (row,), motor = result.duty.phases, result.scene.motor
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        return [(float(motor.torque(y[0])) - 30.0) / 1.2, float(motor.total_heat(y[0])) / motor.rated_total_heat]
+
+    run = solve_ivp(rates, (0.0, 40.0), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-10, dense_output=True)
+    edges = np.linspace(0.0, 40.0, 40001)
+    losses, since = np.diff(run.sol(edges)[1]), 0.5 * (edges[1:] + edges[:-1])
+    true = max(
+        sum(
+            rise / constant * losses @ np.exp(-np.mod(end - since, 40.0) / constant) / -math.expm1(-40.0 / constant)
+            for rise, constant in ((0.7 * 85.0, 1200.0), (0.3 * 85.0, 120.0))
+        )
+        for end in np.linspace(0.5 * row.start_time, 1.5 * row.start_time, 50)
+    )
+    off = abs(result.temperature.greatest / true - 1.0)
+    assert 1e-4 < off < result.temperature.error < 20.0 * off
+
+
 def test_a_start_has_the_rise_of_its_losses():
     text = MACHINE.replace("-40 - 20*sin(phi)", "-0.0002*omega**2").replace("inertia = 60", "inertia = 2")
     run = flywheel.run_up(flywheel.load(text))
