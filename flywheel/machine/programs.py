@@ -398,6 +398,7 @@ class Structure:
     crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. zeros: an angle
     (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
     that it was recorded from. limits: those of its scene, in their order.
+    efficiencies: those of its stages, where they may vary.
     """
 
     paths: tuple[str, ...]
@@ -411,6 +412,7 @@ class Structure:
     counts: tuple[int, ...] = ()
     zeros: tuple[Program, ...] = ()
     limits: Program | None = None
+    efficiencies: Program | None = None
 
     def limits_of(self, columns: Array) -> dict[str, Array]:
         """The limits of every design, by their names."""
@@ -454,6 +456,7 @@ class Structure:
             walks=tuple(walks[id(walk)] for walk in self.walks),
             numbers=of(self.numbers),
             zeros=tuple(map(of, self.zeros)),
+            efficiencies=self.efficiencies and of(self.efficiencies),
         )
 
     def _shared(self, programs: Sequence[Program]) -> list[tuple[slice, Program]]:
@@ -586,7 +589,7 @@ def recorded(
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
     # What a program of position alone does not tell is refused.
-    drive, limited = base.drive, any(name != "irregularity" for name in base.limits)
+    drive, limited = base.drive, not zeros and any(name != "irregularity" for name in base.limits)
     for excluded, what in (
         (base.areas is not None, "a diagram of areas has no machine"),
         (base.stroke is not None, "a stroke is no cycle"),
@@ -594,11 +597,11 @@ def recorded(
         (limited and base.unknown is not None, "the motor has limits at a speed that is set"),
         (limited and any(path.startswith("drive.motor") for path in paths), "figures of a motor vary that has limits"),
         (
-            "motor_heat" in base.limits and base.motor is not None and base.motor.whole_heat is not None,
+            limited and "motor_heat" in base.limits and base.motor is not None and base.motor.whole_heat is not None,
             "the motor has a limit of its heat, which its current makes",
         ),
         (not base.has_speed or not base.has_flywheel, "no speed or no flywheel is given"),
-        (base.wheel is not None, "a wheel is to be chosen for each"),
+        (base.wheel is not None and not zeros, "a wheel is to be chosen for each"),
         (bool(base.duty), "a duty has several phases"),
         (base.rubs, "friction in joints follows from the motion"),
         (
@@ -679,7 +682,8 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         raise UnrecordedError("loads depend on time")
     if twin.switches_at_speeds:
         raise UnrecordedError("laws switch at a speed")
-    if any(isinstance(stage.efficiency, Recorded) for stage in machine.stages):
+    efficiencies = [stage.efficiency for stage in machine.stages]
+    if not recorder.exact and any(isinstance(each, Recorded) for each in efficiencies):
         raise UnrecordableError("an efficiency decides which stages there are")
     if isinstance(scene.cycle, Recorded):
         raise UnrecordableError("the cycle itself varies")
@@ -708,6 +712,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         numbers=recorder.program([nothing if number is None else number for number in numbers]),
         counts=(1,) * len(stretches),
         limits=recorder.program(list(scene.limits.values())) if scene.limits else None,
+        efficiencies=recorder.program(efficiencies) if recorder.exact else None,
     )
     if not machine.sets_its_speed:
         return structure

@@ -639,7 +639,7 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     """
     family = plain = build(mechanism, parameters)
     velocity = family.ports[port].velocity
-    recorded = any(map(is_recorded, (*mechanism.geometry.values(), *parameters.values())))
+    recorded: list[Any] = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
     if recorded:
         now, values = ({name: present(value) for name, value in each.items()} for each in (mechanism.geometry, parameters))
         plain = build(replace(mechanism, geometry=now), values)
@@ -664,8 +664,10 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         return roots(enclose, value, a, b)
 
     def now_at(anchor: float, root: float) -> Any:
-        """The root with recorded lengths."""
-        return followed(lambda psi: _flow(family, velocity, family.position(psi, NAMESPACE, anchor)), root, last - first)
+        """The root with recorded lengths; where these are exact, from a number on record: it may be a share of pi."""
+        recorder = recorded[0].recorder
+        near = recorder.node(root) if recorder.exact else root
+        return followed(lambda psi: _flow(family, velocity, family.position(psi, NAMESPACE, anchor)), near, last - first)
 
     def displacement(psi: Array) -> Array:
         position = family.ports[port].position

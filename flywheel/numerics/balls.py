@@ -16,7 +16,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
+from functools import partial, reduce
 from itertools import count
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -105,6 +105,26 @@ def first(u: Any) -> Any:
 def ball(value: Any) -> Any:
     """A ball of a ball or of a plain number."""
     return value if isinstance(value, arb) else arb(value)
+
+
+def hull(values: Iterable[Any]) -> Any:
+    """The smallest ball that contains some."""
+    return reduce(lambda one, other: one.union(other), values)
+
+
+def over(u: Any, span: Any) -> Any:
+    """The ball of a series at all distances from its middle in a ball, or a ball itself."""
+    return arb_poly(u.coeffs())(span) if isinstance(u, arb_series) else u
+
+
+def series(polynomial: Any, order: int) -> Any:
+    """The power series of a polynomial, to an order."""
+    return arb_series(polynomial.coeffs(), order + 1)
+
+
+def enclosing(about: Any, all_over: Any, order: int) -> Any:
+    """The polynomial that encloses a function in a cell, from its series about the middle and about all of the cell."""
+    return arb_poly([*(coefficient(about, k) for k in range(order)), coefficient(all_over, order)])
 
 
 def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
@@ -307,6 +327,13 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         middle = arb(float(((left + right) / 2).mid()))
         todo += [(middle, right), (left, middle)]
     return cells
+
+
+def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -> list[Model]:
+    """Models of functions on both halves of a cell."""
+    ends = ((cell.low, cell.middle), (cell.middle, cell.high))
+    found = [_model(functions, low, high, order) for low, high in ends]
+    return [each for each in found if each is not None]
 
 
 def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int) -> Model | None:
@@ -727,19 +754,40 @@ def _polynomial(series: Any, degree: int) -> Any:
     return arb_poly([coefficient(series, k) for k in range(degree + 1)])
 
 
+def defects(cells: Sequence[Place], start: Any, order: int, error: float) -> list[Any]:
+    """What polynomials of a solution miss of its equation, integrated over each cell: where cells are too wide for them.
+
+    Args:
+        cells: of the cycle, one after another.
+        start: E where the cycle begins.
+        order: degree of the polynomials.
+        error: to which they are found.
+
+    """
+    polynomials, _ = _followed(cells, start.mid(), order, error)
+    return [
+        _missed(cell, own, order) * (cell.high - cell.low).abs_upper() for cell, own in zip(cells, polynomials, strict=True)
+    ]
+
+
+def _missed(cell: Place, own: Any, order: int) -> Any:
+    """The greatest |dp/dphi - F(phi, p)| in a cell."""
+    rate = cell.inner(arb_series(own.coeffs(), order + 1))[0]
+    cut = coefficient(cell.whole(arb_series(own(arb_poly([cell.span, 1])).coeffs(), order + 1))[0], order)
+    missed = abs((own.derivative() - _polynomial(rate, order - 1))(cell.span)) + abs(cut) * cell.span.abs_upper() ** order
+    return missed.abs_upper()
+
+
 def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:
     """Greatest distance of a periodic solution from polynomials close to it, and the distance at the start."""
     steps = []
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
     for cell, own, (after, next_own) in zip(cells, polynomials, following, strict=True):
-        span, length = cell.span, (cell.high - cell.low).max(arb(0))
-        rate = cell.inner(arb_series(own.coeffs(), order + 1))[0]
-        cut = coefficient(cell.whole(arb_series(own(arb_poly([span, 1])).coeffs(), order + 1))[0], order)
-        missed = abs((own.derivative() - _polynomial(rate, order - 1))(span)) + abs(cut) * span.abs_upper() ** order
-        steep = first(cell.whole(arb_series([own(span) + arb(0, error)], order + 1))[1])
+        length = (cell.high - cell.low).max(arb(0))
+        steep = first(cell.whole(arb_series([own(cell.span) + arb(0, error)], order + 1))[1])
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)
         grown = (steep * length).exp().abs_upper()
-        added = missed.abs_upper() * length * grown.max(arb(1)) + jump.abs_upper()
+        added = _missed(cell, own, order) * length * grown.max(arb(1)) + jump.abs_upper()
         if not (grown.is_finite() and added.is_finite()):
             raise UnprovenError("a torque that is undecided near the motion")
         steps.append((grown, added))

@@ -772,7 +772,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
         elif name == "motor_heat" and motor.heated is None:
             advice = "limit motor_rms, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, whose losses are not known", "one that does", advice)
-        elif name == "current_pulsation" and (motor.current_share(motor.rated.speed), motor.rated_current) == (None, None):
+        elif name == "current_pulsation" and motor.rated_current is None and motor.current_share(0.0) is None:
             advice = "limit motor_torque, or give the motor as induction or dc"
             faults.add(f"{path}.{name}", f"a {motor.title}, whose current is not known", "a motor with a current", advice)
     return {name: value for name, value in fields.items() if value is not None}

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -21,38 +21,39 @@ import numpy as np
 from bondgraph.recording import Program
 from flywheel.machine.loads import crank_angles, table_pieces
 from flywheel.machine.machine import Machine
-from flywheel.machine.programs import RATE, StretchWalk, Structure, UnrecordedError, recorded
-from flywheel.mechanisms.linkage import Unknowns
+from flywheel.machine.programs import StretchWalk, Structure, UnrecordedError, recorded
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
-from flywheel.numerics.implicit import Implicit
+from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
+from flywheel.sizing.enclosures import (
+    MOMENT,
+    PRECISIONS,
+    ROWS,
+    UNKNOWN,
+    Motion,
+    Motions,
+    Sums,
+    cells_of,
+    edges_of,
+    marks_of,
+    over_balls,
+    place_of,
+    threshold,
+    unevenness,
+    works_of,
+)
 from flywheel.sizing.results import WIDTH, Proof
 
-_PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))  # bits, order of the polynomials, what cells leave open
 _SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
-_LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 450  # of a motion, above the first precision: more would take several hundred times as long as a sizing
-_OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
-_SECANT, _APART = 1e-8, (2e-14, 4e-13)  # of a flywheel: from which its irregularity is followed, between which it is proven
-_ROWS = ("inertia", "slope", "moment", "per_unknown")
-_INERTIA, _SLOPE, _MOMENT, _UNKNOWN = range(4)
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
 _MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
 _NARROW = 1e-6  # of a figure: a width that does not count
-
-
-class Motion(NamedTuple):
-    """A motion near the one to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0."""
-
-    wheel: float
-    unknown: float
-    omega: float
 
 
 def proven(scene: Scene, motion: Motion | None = None) -> Proof:
@@ -94,8 +95,6 @@ def _refusal(scene: Scene) -> str:
     linkages = [mechanism.linkage for mechanism in scene.mechanisms if mechanism.linkage is not None]
     if any(coupling.lift is not None for linkage in linkages for coupling in linkage.couplings):
         return "a cam's follower, whose lift is a law in pieces"
-    if any(efficiency < 1.0 for efficiency in scene.efficiencies.values()):
-        return "meshes have losses"
     if any(isinstance(output.law, Table) for mechanism in scene.mechanisms for output in mechanism.outputs):
         return "a table of positions is a spline, whose pieces are calculated in floats"
     if any(isinstance(load.law, Table) and not load.law.written.size for load in _acting(scene)):
@@ -108,12 +107,17 @@ def _acting(scene: Scene) -> list[Load]:
     return [*scene.loads, *([] if scene.drive is None else [scene.drive])]
 
 
+def _follows_motion(scene: Scene) -> bool:
+    """True if torques depend on speed, or meshes have losses."""
+    return scene.depends_on_speed or any(efficiency < 1.0 for efficiency in scene.efficiencies.values())
+
+
 def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int, ranges: bool) -> str:
     """A line on what is proven and what is not."""
     if not figures:
         return "nothing is proven"
     taken = f"; {same} pairs of numbers that agree to 18 digits count as equal" if same else ""
-    only = "; not proven: that no lighter flywheel will do, and that no other motion is steady" * scene.depends_on_speed
+    only = "; not proven: that no lighter flywheel will do, and that no other motion is steady" * _follows_motion(scene)
     numbers = "for all numbers in the scene's ranges" if ranges else "for the scene's numbers as written in decimals"
     return f"proven {numbers}: {', '.join(figures)}{taken}{only}; not proven: that the model is the machine"
 
@@ -124,22 +128,25 @@ def _statement(scene: Scene, figures: dict[str, tuple[float, float]], same: int,
 def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
     """The structure of a scene, the quantities that are its inputs, and those that are constants there, by their paths.
 
-    Constants are the windows and periods of tables; and where tables are so long that their angles may not move, the phases.
+    Constants are counts, such as poles, and the windows and periods of tables; and where tables are so long that their
+    angles may not move, the phases.
     """
     assert scene.document is not None
     written = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
+    constants = set[str]()
     windows = tuple(dotted(load.path) + "." for load in _acting(scene) if isinstance(load.law, Table))
 
-    def structure(*constant: str) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
-        fixed = {path: each for path, each in written.items() if path.startswith(windows) or path.endswith(constant)}
+    def structure(*endings: str) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
+        fixed = {k: each for k, each in written.items() if k.startswith(windows) or k.endswith(endings) or k in constants}
         inputs = {path: each for path, each in written.items() if path not in fixed}
         return recorded(scene, tuple(inputs), [each.number for each in inputs.values()], zeros=True), inputs, fixed
 
-    for constant in ((), (".phase",)) if windows else ((),):
+    for endings in ((), (), (".phase",)) if windows else ((), ()):
         try:
-            return structure(*constant)
+            return structure(*endings)
         except UnrecordedError as error:
-            refusal = error
+            refusal, cause = error, error.__cause__
+            constants |= {fault.path for fault in cause.faults} if isinstance(cause, SceneError) else set()
     raise UnprovenError(str(refusal.__cause__ or refusal)) from refusal
 
 
@@ -147,7 +154,7 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
     recording, quantities, fixed = _recorded(scene)
     open_still = UnprovenError("nothing")
-    for bits, order, left in _PRECISIONS:
+    for bits, order, left in PRECISIONS:
         with balls.precision(bits, order):
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
             if _ranges(fixed):
@@ -156,13 +163,13 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
             constants = [(each.number, _as_written(path, each)) for path, each in fixed.items()]
             numbers = _of_loads(recording.twin, constants, own)
             structure = recording.with_places(partial(_all_of, numbers=numbers))
-            if ranges and scene.depends_on_speed:
-                raise UnprovenError("ranges of numbers where torques depend on speed")
+            if ranges and _follows_motion(scene):
+                raise UnprovenError("ranges of numbers where torques depend on speed, or meshes have losses")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
                 found, size = (
                     (_moving(scene, structure, columns, (order, left), motion), 0.0)
-                    if scene.depends_on_speed
+                    if _follows_motion(scene)
                     else _cycle(scene, structure, columns, order, left)
                 )
                 width = max(_widths(found, size).values())
@@ -283,33 +290,10 @@ def _ranges(quantities: Mapping[str, Any]) -> dict[Any, Any]:
     return {k: rational(*half) for k, half in enumerate(halves) if half[0]}
 
 
-def _over_balls(program: Program, outputs: int | None = None, *, jets: bool = False) -> Callable[..., Any]:
-    """A recorded program as a function of balls, and of series of them, or of jets of these: of its first outputs."""
-    part = program if outputs is None else program.only(outputs)
-    return part._replace(places=tuple(map(_place, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
-
-
-def _place(place: Any, number: Callable[[float], Any] = balls.constant) -> Any:
-    """The entry of a place of a program over balls: an index, the ball of a number, or the unknowns of a linkage."""
-    if isinstance(place, Unknowns):
-        return _unknowns(place)
-    if isinstance(place, tuple) or callable(place):
-        raise UnprovenError("a function or a table that is not arithmetic")
-    return place if type(place) is int else number(place)
-
-
-@lru_cache(maxsize=16)
-def _unknowns(unknowns: Unknowns) -> Implicit:
-    """The unknowns of a linkage over balls."""
-    equations, count = unknowns.equations, unknowns.count
-    sides, of_jets = (_over_balls(equations, count, jets=jets) for jets in (False, True))
-    return Implicit(sides, of_jets, _over_balls(equations), lambda x: unknowns(x)[: 2 * count])
-
-
 def _kept(structure: Structure, columns: Sequence[Any]) -> int:
     """Checks every decision of the recording over balls; returns the number of those between equal numbers."""
     conditions, same = structure.conditions, 0
-    program = conditions.program._replace(places=tuple(_place(place, _threshold) for place in conditions.program.places))
+    program = conditions.program._replace(places=tuple(place_of(place, threshold) for place in conditions.program.places))
     differences = program.function(balls.NAMESPACE)(rational(0, 1), *columns)
     for difference, relation, holds in zip(differences, conditions.relations, conditions.holds, strict=True):
         ball = difference if hasattr(difference, "rad") else rational(int(difference), 1)
@@ -325,19 +309,11 @@ def _kept(structure: Structure, columns: Sequence[Any]) -> int:
     return same
 
 
-def _threshold(value: float) -> Any:
-    """The ball of a number in a decision: a threshold of the reader is its exact float."""
-    try:
-        return balls.constant(value)
-    except UnprovenError:
-        return balls.exact(value)
-
-
 def _cycle(
     scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float
 ) -> tuple[dict[str, Any], float]:
     """The balls of the figures of a cycle, by their keys, and the scale of the balance: that which makes the fluctuation."""
-    speed, ratio, last = map(balls.ball, _over_balls(_numbers(scene, structure))(rational(0, 1), *columns))
+    speed, ratio, last = map(balls.ball, over_balls(_numbers(scene, structure))(rational(0, 1), *columns))
     sums, balance, effect = _sums(structure, columns, order, left)
     figures = {"speed": speed} | ({"balance.value": balance} if structure.unknown else {})
     figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
@@ -345,14 +321,14 @@ def _cycle(
     return figures, size
 
 
-def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[_Sums, Any, Any]:
+def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[Sums, Any, Any]:
     """The extremes of a cycle, its balance, 0 without one, and the work of a unit of that."""
-    edges = _edges(structure, columns)
-    walks = [_over_balls(walk.program, len(_ROWS)) for walk in structure.walks]
-    cells = _cells([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
-    net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (_MOMENT, _UNKNOWN))
+    edges = edges_of(structure, columns)
+    walks = [over_balls(walk.program, len(ROWS)) for walk in structure.walks]
+    cells = cells_of([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
+    net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (MOMENT, UNKNOWN))
     balance = -net / effect if structure.unknown else 0 * net
-    return _Sums(cells, _works(cells, balance)), balance, effect
+    return Sums(cells, works_of(cells, balance)), balance, effect
 
 
 def _numbers(scene: Scene, structure: Structure) -> Program:
@@ -363,7 +339,7 @@ def _numbers(scene: Scene, structure: Structure) -> Program:
 
 
 def _of_cycle(
-    sums: _Sums | _SumsOverRanges, speed: Any, ratio: Any, last: Any, left: float, *, asked: bool
+    sums: Sums | _SumsOverRanges, speed: Any, ratio: Any, last: Any, left: float, *, asked: bool
 ) -> dict[str, Any]:
     """The figures of a cycle, by their keys, from its extremes.
 
@@ -387,7 +363,7 @@ def _of_cycle(
         return figures | {"simulation.speed_min": speed * (1 - eps / 2)}
     eps = last
     per_square = 1 / speed**2
-    exact = _unevenness(sums, eps, per_square, left) / eps
+    exact = unevenness(sums, eps, per_square, left) / eps
     torque = (sums.greatest(per_square, -0.5, left) + sums.greatest(per_square, -0.5, left, -1)) / eps
     total = (work - low_work) * per_square / eps
     figures["flywheel.exact"] = balls.positive(exact) / square
@@ -396,129 +372,6 @@ def _of_cycle(
     figures["flywheel.inertia_torque"] = torque / square
     figures["flywheel.inertia_torque_flywheel"] = balls.positive(torque - least) / square
     return figures
-
-
-class _Mark(NamedTuple):
-    """An edge of a smooth piece: its approximate angle (rad), and its formula, or the function of which it is a zero.
-
-    An edge inside a piece, or one where a cell ends only for resolution, has neither: its exact place has no effect.
-    """
-
-    angle: Any
-    formula: Program | None = None
-    zero: Program | None = None
-
-
-def _marks(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
-    """The edges of smooth pieces."""
-    zero, marks, twin = rational(0, 1), structure.landmarks, structure.twin
-    resolving = np.isin(twin.landmarks, np.setdiff1d(twin.breakpoints, twin.switches))
-
-    def loosely(program: Program) -> Any:
-        part = program.only(1)
-        places = tuple(_place(place, _threshold) for place in part.places)
-        return balls.ball(part._replace(places=places).function(balls.NAMESPACE)(zero, *columns)[0])
-
-    zeros = [(loosely(program), program._replace(outputs=program.outputs[1:]).only(2)) for program in structure.zeros]
-    for k, output in enumerate(marks.outputs):
-        program = marks._replace(outputs=(output,)).only(1)
-        angle = loosely(program)
-        followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
-        if resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]):
-            yield _Mark(angle)
-        else:
-            yield _Mark(angle, program if followed is None else None, followed)
-
-
-def _edges(structure: Structure, columns: Sequence[Any]) -> list[Any]:
-    """Balls of the edges of smooth pieces.
-
-    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float at which it began
-    has no effect.
-    """
-    edges = []
-    for angle, formula, zero in _marks(structure, columns):
-        if zero is not None:
-            function = _over_balls(zero)
-            edges.append(balls.zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
-        else:
-            edges.append(balls.ball(_over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle)
-    return edges
-
-
-def _cells(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
-    """Models of I*, dI*/dphi, M* and all other outputs of the stretches' functions, on cells over the whole cycle."""
-    stretches = list(pairwise(edges))
-    scales: Any = 0.0
-    for function, (low, high) in zip(functions, stretches, strict=True):
-        for share in (0.2, 0.5, 0.8):
-            at = balls.exact(float(low) + share * float(high - low))
-            scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at)])
-    errors = [left * (scale or 1.0) for scale in scales.tolist()]
-    found: list[Model] = []
-    for function, (low, high) in zip(functions, stretches, strict=True):
-        found += balls.models(function, low, high, order, errors)
-    return found
-
-
-def _works(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
-    """W and M* in each cell, with the unknown's share."""
-    start = 0 * balance
-    for cell in cells:
-        rising = cell.integral(_MOMENT) + balance * cell.integral(_UNKNOWN) + start
-        yield rising, cell.polynomials[_MOMENT] + balance * cell.polynomials[_UNKNOWN]
-        start = cell.at_end(rising)
-
-
-class _Sums:
-    """An energy, given with its slope cell by cell, and I* all over the cycle as polynomials, and their extremes."""
-
-    def __init__(self, cells: Sequence[Model], energies: Iterable[tuple[Any, Any]]) -> None:
-        self._curves = [(cell, *energy) for cell, energy in zip(cells, energies, strict=True)]
-        ends = (abs(energy(cell.high - cell.middle)) for cell, energy, _ in self._curves)
-        self._size = max(float(end.mid()) for end in ends)
-        self._largest = max(abs(float(cell.polynomials[_INERTIA][0].mid())) for cell in cells)
-
-    def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
-        """The greatest of sign (energy W + inertia I*)."""
-        curves = [
-            balls.Curve(
-                cell.low - cell.middle,
-                cell.high - cell.middle,
-                sign * (energy * rising + inertia * cell.polynomials[_INERTIA]),
-                sign * (energy * moment + inertia * cell.polynomials[_SLOPE]),
-            )
-            for cell, rising, moment in self._curves
-        ]
-        size = abs(float(energy)) * self._size + abs(float(inertia)) * self._largest
-        return balls.greatest(curves, _LOOSE * left * size)
-
-    def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
-        """The irregularity e with a given flywheel J, by the mean value theorem.
-
-        g(e) = max(W/w² - ½ (1 + e/2)² (I* + J)) - min(W/w² - ½ (1 - e/2)² (I* + J)) falls by I* + J of some angles for each
-        unit of e. So e = e' + g(e')/K for any e', K between the least and the greatest I* + J.
-
-        Args:
-            speed: w, the mean of the extreme speeds, rad/s.
-            wheel: J at the crank, kg m².
-            bounds: least and greatest I*, kg m².
-            left: uncertainty of the cells, relative.
-
-        Raises UnprovenError where no motion is proven: the flywheel is too light.
-
-        """
-        slope, per_square = bounds[0].union(bounds[1]) + wheel, 1 / speed**2
-        eps = balls.falling_zero(lambda e: _unevenness(self, e, per_square, left) - e * wheel, slope, rational(0, 1))
-        if not (slope > 0 and eps < 2):
-            raise UnprovenError("the motion with a flywheel so light")
-        return eps
-
-
-def _unevenness(sums: _Sums | _SumsOverRanges, eps: Any, per_square: Any, left: float) -> Any:
-    """max(W/w² - ½ (1 + e/2)² I*) - min(W/w² - ½ (1 - e/2)² I*), which is e J for the exact flywheel J at the crank."""
-    fast, slow = (-((1 + side * eps / 2) ** 2) / 2 for side in (1, -1))
-    return sums.greatest(per_square, fast, left) + sums.greatest(per_square, slow, left, -1)
 
 
 # -- over ranges of numbers ------------------------------------------------------------------------------------------------
@@ -587,16 +440,16 @@ def _over_box(
 
 
 def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:
-    return balls.over_ranges(_over_balls(program), _over_balls(program, jets=True), at, columns)
+    return balls.over_ranges(over_balls(program), over_balls(program, jets=True), at, columns)
 
 
 def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any) -> Iterator[Any]:
     """Edges of smooth pieces all over the ranges of numbers; of the zero x of a function f the slopes are -f_k/f_x."""
     middles, wide = ([getattr(one, part, one) for one in columns] for part in ("middle", "value"))
-    edges = _edges(structure, middles)
-    for edge, (_, formula, zero) in zip(edges, _marks(structure, middles), strict=True):
+    edges = edges_of(structure, middles)
+    for edge, (_, formula, zero) in zip(edges, marks_of(structure, middles), strict=True):
         if zero is not None:
-            function = _over_balls(zero)
+            function = over_balls(zero)
             place = balls.zero_near(lambda phi, at=function: at(phi, *wide), edge)  # type: ignore[misc]
             value, slope = _over_ranges(zero, balls.Centred(place, {}, origin.halves), columns)
             yield balls.Centred(edge, {k: -part / slope.value for k, part in value.slopes.items()}, origin.halves)
@@ -611,7 +464,7 @@ class _SumsOverRanges:
     them.
     """
 
-    def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: _Sums, order: int) -> None:
+    def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: Sums, order: int) -> None:
         self._middle, self._halves = middle, origin.halves
         edges = list(_edges_over_ranges(structure, columns, origin))
         for low, high in pairwise(edges):
@@ -619,7 +472,7 @@ class _SumsOverRanges:
                 raise UnprovenError("ranges of numbers in which angles at which loads break change their order")
         walks = structure.walks
         pieces = [_piece(k, *each, columns) for k, each in enumerate(zip(walks, pairwise(edges), strict=True))]
-        cells = _cells(pieces, [rational(k, 1) for k in range(len(edges))], order, _OVER_RANGES)
+        cells = cells_of(pieces, [rational(k, 1) for k in range(len(edges))], order, _OVER_RANGES)
         energies, totals, parts = [origin, origin], [origin, origin], list[tuple[Any, ...]]()
         for cell in cells:
             k = int(float(cell.middle))
@@ -641,9 +494,7 @@ class _SumsOverRanges:
 
     def _rows(self, cell: Model) -> list[Any]:
         """The rows of a machine as polynomials in a cell."""
-        middles, wholes, *slopes = (
-            cell.polynomials[k : k + len(_ROWS)] for k in range(0, len(cell.polynomials), len(_ROWS))
-        )
+        middles, wholes, *slopes = (cell.polynomials[k : k + len(ROWS)] for k in range(0, len(cell.polynomials), len(ROWS)))
         rows = zip(middles, wholes, *slopes, strict=True)
         return [
             balls.Centred(one, dict(zip(self._halves, own, strict=True)), self._halves, all_over)
@@ -662,7 +513,7 @@ class _SumsOverRanges:
         return balls.Centred(middle, balls.slopes_at_greatest(found, self._halves), self._halves)
 
     def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
-        """The irregularity e with a given flywheel (as in `_Sums`).
+        """The irregularity e with a given flywheel (as in `Sums`).
 
         Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all results.
         """
@@ -673,7 +524,7 @@ class _SumsOverRanges:
             for _ in range(_MOST_WIDER):
                 self._halves["eps"] = reach
                 at = balls.Centred(middle, {"eps": rational(1, 1)}, self._halves)
-                slopes = (_unevenness(self, at, per_square, left) - at * wheel).slopes
+                slopes = (unevenness(self, at, per_square, left) - at * wheel).slopes
                 steep = slopes.pop("eps")
                 if not steep < 0:
                     break
@@ -698,7 +549,7 @@ def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any]
 
 def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence[Any]) -> list[Any]:
     """Growth of the works of M* and of the unknown's share of it at a position beyond an edge that moves."""
-    sides = (_over_ranges(walk.program.only(len(_ROWS)), edge, columns)[_MOMENT:] for walk in (before, after))
+    sides = (_over_ranges(walk.program.only(len(ROWS)), edge, columns)[MOMENT:] for walk in (before, after))
     steps = [left.value - right.value for left, right in zip(*sides, strict=True)]
     return [
         balls.Centred(0 * step, {k: step * part for k, part in edge.slopes.items()}, edge.halves, 0 * step) for step in steps
@@ -710,8 +561,8 @@ def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[A
 
     At the middles of ranges of numbers, then all over them, then their slopes at a given phi by one number after another.
     """
-    program, (low, high) = walk.program.only(len(_ROWS)), ends
-    plain, of_jets = _over_balls(program), _over_balls(program, jets=True)
+    program, (low, high) = walk.program.only(len(ROWS)), ends
+    plain, of_jets = over_balls(program), over_balls(program, jets=True)
     length, zero = high - low, rational(0, 1)
     wide = length.value
 
@@ -735,16 +586,17 @@ def _moving(
 
     A flywheel for an irregularity, and a balance for a speed, follow from the intermediate value theorem: on one side of it
     the motion is less even than required, on the other more even, and between them there is one motion for each flywheel,
-    which changes continuously with it; likewise the speed with the balance.
+    which changes continuously with it; likewise the speed with the balance. Under limits, the motion has the flywheel near.
     """
     if near is None:
         raise UnprovenError("there is no motion")
-    asked, zero = scene.irregularity, rational(0, 1)
-    wanted = (2, 1 if asked is not None else 5, *((0,) if structure.unknown else ()))
+    asked, zero = None if scene.limits else scene.irregularity, rational(0, 1)
+    last = 1 if asked is not None else 5 if scene.inertia is not None else 2  # under limits, the flywheel near is taken
+    wanted = (2, last, *((0,) if structure.unknown else ()))
     numbers = structure.numbers._replace(outputs=tuple(structure.numbers.outputs[k] for k in wanted))
-    ratio, last, *speeds = _over_balls(numbers, len(wanted))(zero, *columns)
-    motions = _Motions(structure, columns, near, *fineness)
-    wheel = last * ratio**2 if asked is None else balls.exact(near.wheel)
+    ratio, last, *speeds = over_balls(numbers, len(wanted))(zero, *columns)
+    motions = Motions(structure, columns, near, *fineness)
+    wheel = balls.exact(near.wheel) if scene.inertia is None else last * ratio**2
     if asked is not None and near.wheel > 0.0:
         wheel = motions.for_irregularity(last, *speeds)
     sides = motions.between
@@ -762,133 +614,3 @@ def _moving(
             raise UnprovenError("whether a flywheel is needed")
         figures["flywheel.exact"] = wheel / ratio**2
     return figures
-
-
-class _Speeds(NamedTuple):
-    """The greatest and the least speed of a motion, and the sign of the unknown's effect on it (0: both).
-
-    `start` is the ball of the kinetic energy at the beginning of the cycle, J.
-    """
-
-    fast: Any
-    slow: Any
-    effect: int
-    start: Any
-
-    @property
-    def level(self) -> Any:
-        """Mean of the two."""
-        return (self.fast + self.slow) / 2
-
-    @property
-    def irregularity(self) -> Any:
-        """Difference of the two over their mean."""
-        return 2 * (self.fast - self.slow) / (self.fast + self.slow)
-
-
-class _Motions:
-    """Steady motions of a machine with any flywheel and balance, as solutions of dE/dphi = M*(phi, sqrt(2 E/(I* + J)))."""
-
-    def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
-        self._near, self._order, self._left = near, order, left
-        self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
-        parts, functions, edges = [], [], _edges(structure, columns)
-        speed, unknown = balls.exact(near.omega), balls.exact(near.unknown)
-        for walk in structure.walks:
-            assert walk.rate is not None
-            inertia, first = _over_balls(walk.program, 2), len(RATE)
-            rate = walk.rate._replace(outputs=walk.rate.outputs[first : first + 3]).only(3)
-            parts.append((inertia, *map(_over_balls, rate.split(2))))
-
-            moment = _over_balls(rate)
-            functions.append(lambda phi, i=inertia, m=moment: (*i(phi, *columns), m(phi, *columns, speed, unknown)[0]))
-        self._cells = _cells(functions, edges, order, left)
-        if order > _PRECISIONS[0][1] and len(self._cells) > _MOST_CELLS:
-            raise UnprovenError("that a motion through so many cells is found in time")
-        self._effort = max(abs(float(cell.polynomials[_MOMENT][0].mid())) for cell in self._cells)
-        self._laws, ends = [], [float(edge) for edge in edges[1:]]
-        for cell in self._cells:
-            inertia, early, late = parts[sum(end < float(cell.middle) for end in ends)]
-            places = [balls.variable(centre) for centre in (cell.middle, cell.low.union(cell.high))]
-            self._laws.append([(inertia(phi, *columns)[0], early(phi, *columns), late) for phi in places])
-        sums = _Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
-        self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
-
-    def at(self, wheel: Any, unknown: Any) -> _Speeds:
-        """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
-        omega = balls.exact(self._near.omega)
-
-        def law(inertia: Any, known: Sequence[Any], late: Callable[..., Any]) -> Callable[[Any], Any]:
-            def rate(energy: Any) -> tuple[Any, Any]:
-                total = inertia + wheel
-                speed = (2 * energy / total).sqrt()
-                moment, by_speed, _ = late(*known, speed, unknown)
-                return moment, by_speed / (total * speed)
-
-            return rate
-
-        places = [
-            balls.Place(cell.low, cell.high, cell.middle, *(law(*each) for each in pair))
-            for cell, pair in zip(self._cells, self._laws, strict=True)
-        ]
-        first = self._cells[0]
-        start = (first.polynomials[_INERTIA](first.low - first.middle) + wheel) * omega**2 / 2
-        orbit = balls.periodic(places, start, self._order, _OPEN_MOTION * self._left * abs(float(start)))
-        open_by = orbit.reach.union(-orbit.reach)
-        parts = zip(places, orbit.polynomials, self._laws, strict=True)
-        effect = balls.one_way(
-            (cell.high - cell.low, *self._effect(whole, energy(cell.span) + open_by, wheel, unknown))
-            for cell, energy, (_, whole) in parts
-        )
-        sums = _Sums(self._cells, [(energy, energy.derivative()) for energy in orbit.polynomials])
-        slope = self.bounds[0].union(self.bounds[1]) + wheel
-
-        def extreme(sign: int) -> Any:
-            def gap(square: Any) -> Any:
-                return sign * (sums.greatest(1, -square, self._left, sign) + open_by) - square * wheel
-
-            return (2 * balls.falling_zero(gap, slope, omega**2 / 2)).sqrt()
-
-        return _Speeds(extreme(1), extreme(-1), effect, orbit.start)
-
-    def _effect(self, law: Sequence[Any], energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any]:
-        """dF/du and dF/dE all over a cell, at energies there."""
-        inertia, known, late = law
-        total = balls.first(inertia) + wheel
-        speed = (2 * energy / total).sqrt()
-        _, by_speed, by_unknown = late(*map(balls.first, known), speed, unknown)
-        return balls.ball(by_unknown), by_speed / (total * speed)
-
-    def balance(self, wheel: Any, speed: Any) -> Any:
-        """The ball of the unknown with which a motion has a speed."""
-        size = max(abs(self._near.unknown), self._effort)
-        here, step = balls.exact(self._near.unknown), balls.exact(_SECANT * size)
-        found = self.at(wheel, here)
-        slope = (self.at(wheel, here + step).level - found.level) / step
-        if not (slope > 0 or slope < 0):
-            raise UnprovenError("the effect of the balance on the speed")
-        middle = (here + (speed - found.level) / slope).mid()
-        apart = (4 * abs((speed - self.at(wheel, middle).level) / slope) + self._left * size).upper()
-        sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
-        self.between = [each.start for each in sides]
-        if not (found.effect and sides[0].level < speed < sides[1].level):
-            raise UnprovenError("that the mean speed is the required one with a balance near")
-        return balls.around(middle, apart)
-
-    def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
-        """The ball of the flywheel with which a motion has an irregularity."""
-
-        def motion(wheel: Any) -> _Speeds:
-            return self.at(wheel, self.balance(wheel, *speeds) if speeds else rational(0, 1))
-
-        wheel = balls.exact(self._near.wheel)
-        beside = (wheel * (1 + balls.exact(_SECANT))).mid()
-        here, there = motion(wheel).irregularity, motion(beside).irregularity
-        wheel = (wheel + (asked - here) * (beside - wheel) / (there - here)).mid()
-        for apart in _APART:
-            light, heavy = ((wheel * (1 + side * balls.exact(apart))).mid() for side in (-1, 1))
-            sides = [motion(light), motion(heavy)]
-            self.between = [each.start for each in sides]
-            if sides[0].irregularity > asked > sides[1].irregularity:
-                return light.union(heavy)
-        raise UnprovenError("that the irregularity is the required one with a flywheel near")

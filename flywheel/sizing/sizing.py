@@ -12,11 +12,11 @@ import numpy as np
 
 from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
 from flywheel.components.wheels import choose
-from flywheel.machine.equation import NoMotionError
+from flywheel.machine.equation import NoMotionError, moments_on
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, metered
-from flywheel.numerics.cells import ROUNDING, Array
+from flywheel.numerics.cells import MIDDLE, ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.joint_friction import friction_along, machine_of
@@ -247,12 +247,19 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         return Proof(
             {}, "python-flint, which is not installed: pip install 'flywheel-design[proof]'", "nothing is proven", 0.0
         )
-    from flywheel.sizing.proof import Motion, proven  # the library is an extra
+    from flywheel.sizing.enclosures import Motion  # the library is an extra
+    from flywheel.sizing.proof import proven
 
     if regime is None or regime.run is None:
         return proven(scene)
-    omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, regime.run, np.zeros(1))
-    return proven(scene, Motion(regime.run.inertia, regime.cycle.balance or 0.0, float(omega[0])))
+    run, unknown, mesh = regime.run, regime.cycle.balance or 0.0, regime.cycle.mesh
+    start, *omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.append(0.0, mesh.phi)).tolist()
+    if all(stage.efficiency == 1.0 for stage in regime.machine.stages):
+        return proven(scene, Motion(run.inertia, unknown, start, run.irregularity))
+    passed = moments_on(regime.machine, mesh.edges).transmitted(np.reshape(omega, mesh.phi.shape), unknown, run.inertia)
+    outwards = [tuple(row) for row in np.array([each[:, MIDDLE] > 0.0 for each in passed]).T.tolist()]
+    sides = ((low, own) for low, own, before in zip(mesh.edges.tolist(), outwards, [(), *outwards]) if own != before)  # noqa: B905
+    return proven(scene, Motion(run.inertia, unknown, start, run.irregularity, tuple(sides)))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import tomllib
 from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
@@ -13,8 +14,11 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 import flywheel
 from flywheel.language import use
@@ -311,11 +315,61 @@ def test_the_assembly_of_a_linkage_decides_its_intervals() -> None:
     assert max(low for low, _ in intervals) > 1.001 * min(high for _, high in intervals)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("wheel", ["crank", "motor"])
+def test_the_motion_with_losses_in_a_mesh_by_hand_lies_inside(wheel: str) -> None:
+    """Two rotors, one of which drives the other in turn, whose equation is integrated by itself."""
+    scene = {
+        "shafts": {"motor": {"ratio": 3, "efficiency": 0.8}},
+        "inertia": [{"on": "crank", "value": 4}, {"on": "motor", "value": 0.2}],
+        "load": [{"on": "crank", "torque": "-20 - 45*cos(phi)"}],
+        "drive": {"on": "motor", "torque": "30 - 1.5*omega"},
+        "flywheel": {"on": wheel, "inertia": 1.5},
+    }
+    sizing = flywheel.size(flywheel.load(scene), accuracy="proof")
+    assert sizing.proof is not None
+    assert not sizing.proof.reason, sizing.proof.reason
+    inner, outer = (4.0 + 1.5 * (wheel == "crank"), 9 * (0.2 + 1.5 * (wheel == "motor")))
+
+    def rate(phi: float, omega: NDArray[np.float64]) -> NDArray[np.float64]:
+        load, drive = -20.0 - 45.0 * np.cos(phi), 3 * (30.0 - 1.5 * 3 * omega[0])
+        outwards = (load + drive / 0.8) / (inner + outer / 0.8)  # from the crank to the motor
+        inwards = (load + drive * 0.8) / (inner + outer * 0.8)
+        return np.array([outwards if outer * outwards > drive else inwards]) / omega
+
+    start, turn = np.array([sizing.speed]), 2 * np.pi
+    for _ in range(40):
+        end = solve_ivp(rate, (0.0, turn), start, method="DOP853", rtol=1e-12, atol=1e-12, max_step=0.02, dense_output=True)
+        start = end.y[:, -1]
+    speeds = end.sol(np.linspace(0.0, turn, 200_001))[0]
+    for key, value in (("simulation.speed_max", speeds.max()), ("simulation.speed_min", speeds.min())):
+        low, high = sizing.proof.figures[key]
+        assert high - low <= WIDEST * high
+        assert low * (1 - 1e-9) <= value <= high * (1 + 1e-9), key
+
+
+@pytest.mark.slow
+def test_a_flywheel_behind_two_meshes_with_losses_has_the_irregularity_that_was_required() -> None:
+    path = Path(__file__).parents[2] / "examples" / "drive_lines" / "press.toml"
+    sizing = flywheel.size(flywheel.load(path), accuracy="proof")
+    assert sizing.proof is not None
+    assert sizing.flywheel.exact is not None
+    low, high = sizing.proof.figures["flywheel.exact"]
+    assert high - low <= WIDEST * high
+    assert low * (1 - sizing.error.exact) <= sizing.flywheel.exact <= high * (1 + sizing.error.exact)
+    tables = tomllib.loads(path.read_text())
+    wheel = {**tables["flywheel"], "inertia": 0.5 * (low + high)}
+    del wheel["irregularity"]
+    with_it = flywheel.size(flywheel.load({**tables, "flywheel": wheel}), accuracy="proof").proof
+    assert with_it is not None
+    least, most = with_it.figures["simulation.irregularity"]
+    assert least * (1 - WIDEST) <= sizing.scene.irregularity <= most * (1 + WIDEST)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
         ({"load": [{"on": "slider", "force": "-1000 if v > 3 else 0"}]}, "laws switch at a speed"),
-        ({"shafts": {"motor": {"ratio": 3, "efficiency": 0.9}}, "drive": {"on": "motor", "torque": "balance"}}, "losses"),
         ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
         ({"mechanism": SPLINE, "load": [{"on": "ram", "force": -9}]}, "spline"),
     ],
@@ -664,7 +718,7 @@ def test_a_machine_even_enough_without_a_flywheel_is_proven_to_need_none() -> No
 def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
     rising = {"load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "0.5*omega**2"}]}
     scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
-    found = proof.proven(scene, proof.Motion(3.0, 0.0, 10.0))
+    found = proof.proven(scene, proof.Motion(3.0, 0.0, 10.0, 0.1))
     assert (found.figures, found.reason) == ({}, "a steady motion that is stable")
 
 
