@@ -207,6 +207,9 @@ def test_speed_over_the_cycle_obeys_the_energy_balance():
     energy = 0.5 * (50.0 + machine.reduce(phi).inertia) * omega**2
     work, _ = cycle.at(*cycle.where(phi))
     assert_allclose(energy - energy[0], work - work[0], atol=1e-9 * energy.max())
+    alpha = turning_moment.acceleration_over_cycle(cycle, run, phi, omega)[1:-1]
+    back, on = (turning_moment.speed_over_cycle(cycle, 4 * np.pi, run, phi[1:-1] + h) for h in (-1e-5, 1e-5))
+    assert_allclose(alpha, (on**2 - back**2) / 4e-5, atol=1e-6 * np.abs(alpha).max())
 
 
 def test_the_period_is_the_integral_of_one_over_speed():
