@@ -58,10 +58,10 @@ def test_json_is_the_library_s_dictionary_alone_on_standard_output(scene: Path) 
 
     result = run("size", scene, "--json", "--no-simulate")
     assert result.exit_code == 0
-    found = json.loads(result.stdout)
+    data = json.loads(result.stdout)
     own = json.loads(json.dumps(flywheel.size(flywheel.load(yoke(title="Yoke")), simulate=False).as_dict()))
-    assert found.pop("cost")["evaluations"] == own.pop("cost")["evaluations"]  # its seconds are never the same
-    assert found == own
+    assert data.pop("cost")["evaluations"] == own.pop("cost")["evaluations"]  # its seconds are never the same
+    assert data == own
 
 
 def test_json_has_every_key_of_the_contract(scene: Path) -> None:

@@ -97,10 +97,10 @@ def test_a_law_is_told_to_have_no_joints_before_anything_is_asked_for(scene):
 
 def test_a_speed_without_a_flywheel_is_constant():
     loaded = flywheel.load(text(LINKED, "[regime]\nspeed = 10"))
-    found = flywheel.joint_forces(loaded, [0.3, 2.0])
-    assert found.motion.omega.tolist() == [10.0, 10.0]
-    assert found.motion.alpha.tolist() == [0.0, 0.0]
-    assert found.messages == ("no flywheel is given: the speed is taken as a constant 10 rad/s",)
+    forces = flywheel.joint_forces(loaded, [0.3, 2.0])
+    assert forces.motion.omega.tolist() == [10.0, 10.0]
+    assert forces.motion.alpha.tolist() == [0.0, 0.0]
+    assert forces.messages == ("no flywheel is given: the speed is taken as a constant 10 rad/s",)
 
 
 def test_loads_that_depend_on_speed_are_reduced_at_the_speed_given(scene):
@@ -108,12 +108,12 @@ def test_loads_that_depend_on_speed_are_reduced_at_the_speed_given(scene):
     refused = run("reduce", path, "--at", "90 deg")
     assert refused.exit_code == 1
     assert "--speed" in refused.stderr
-    found = run("reduce", path, "--at", "90 deg", "--speed", "10 rad/s", "--json")
-    state = json.loads(found.stdout)
+    output = run("reduce", path, "--at", "90 deg", "--speed", "10 rad/s", "--json")
+    state = json.loads(output.stdout)
     gain = state["gains"]["slider-crank.slider"][0]
     assert state["moment"][0] == pytest.approx(-100 * 10.0 * gain**2, rel=1e-12)
     assert (state["speed"], state["errors"]["speed"]) == (10.0, 0.0)
-    assert "those at a constant 10 rad/s" in found.stderr
+    assert "those at a constant 10 rad/s" in output.stderr
 
 
 @pytest.mark.parametrize(
@@ -130,11 +130,11 @@ def test_reducing_asks_for_no_balance(more, scene):
 
 def test_a_stroke_without_speed_is_reduced_but_for_what_depends_on_it(scene):
     path = scene(text("toggle-clamp"))
-    found = run("reduce", path, "--points", 3)
-    heads = next(csv.reader(io.StringIO(found.stdout)))
+    output = run("reduce", path, "--points", 3)
+    heads = next(csv.reader(io.StringIO(output.stdout)))
     assert "F* [N]" in heads
     assert "F_drive [N]" not in heads
-    assert "no speed is given" in found.stderr
+    assert "no speed is given" in output.stderr
     data = json.loads(run("reduce", path, "--points", 3, "--json").stdout)
     assert data["driving_force"] is data["velocities"] is data["accelerations"] is data["stroke"]["speed"] is None
     timed = json.loads(run("reduce", path, "--points", 3, "--json", "--speed", "0.3 m/s").stdout)
@@ -144,10 +144,10 @@ def test_a_stroke_without_speed_is_reduced_but_for_what_depends_on_it(scene):
 
 def test_what_has_no_inertia_is_graphed_with_a_speed_given(scene):
     path = scene('[mechanism]\ntype = "scotch-yoke"\ncrank.length = 1\n[[load]]\non = "yoke"\nforce = "-3 N"')
-    found = run("graph", path)
-    assert found.exit_code == 0
-    assert "a source of flow moves the driver" in found.stdout
-    assert "Sf:speed" in found.stdout
+    output = run("graph", path)
+    assert output.exit_code == 0
+    assert "a source of flow moves the driver" in output.stdout
+    assert "Sf:speed" in output.stdout
 
 
 def test_a_mechanism_alone_is_animated_evenly():
@@ -660,9 +660,9 @@ def test_a_sizing_in_spanish_has_its_figures_in_spanish(tmp_path):
     picture = tmp_path / "size.svg"
     compressor = Path(PUNCH).parents[1] / "drive_lines" / "compressor.toml"
     command = ["size", str(compressor), "--language", "es", "--accuracy", "fast", "--plot", str(picture)]
-    found = CliRunner().invoke(main, command)
-    assert found.exit_code == 0
-    assert "velocidad de la manivela  " in found.stdout
+    result = CliRunner().invoke(main, command)
+    assert result.exit_code == 0
+    assert "velocidad de la manivela  " in result.stdout
     texts = re.findall(r"<text[^>]*>([^<]+)</text>", picture.read_text(encoding="utf-8"))
     assert "ángulo de la manivela φ, grados" in texts
     assert [text for text in texts if re.fullmatch(r"−?\d+\.\d+", text)] == []

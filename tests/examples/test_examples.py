@@ -255,12 +255,12 @@ slider = { mass = "2.1 kg", offset = "15 mm" }
 """
     rest = text[text.index("[[load]]") :].replace('"cylinder"', '"slider"')
     expected = flywheel.size(flywheel.load(named + rest), simulate=False)
-    found = flywheel.size(scene("offset_slider_crank"), simulate=False)
-    assert found.flywheel.exact == pytest.approx(expected.flywheel.exact, rel=1e-11)
-    assert found.balance is not None
+    sizing = flywheel.size(scene("offset_slider_crank"), simulate=False)
+    assert sizing.flywheel.exact == pytest.approx(expected.flywheel.exact, rel=1e-11)
+    assert sizing.balance is not None
     assert expected.balance is not None
-    assert found.balance.value == pytest.approx(expected.balance.value, rel=1e-11)
-    assert found.reduced_inertia == pytest.approx(expected.reduced_inertia, rel=1e-11)
+    assert sizing.balance.value == pytest.approx(expected.balance.value, rel=1e-11)
+    assert sizing.reduced_inertia == pytest.approx(expected.reduced_inertia, rel=1e-11)
 
 
 def test_whitworths_lever_and_ram():

@@ -206,9 +206,9 @@ def asked_of_shafts(machine: Machine, found: Any) -> Any:
 @pytest.mark.parametrize("name", SCENES)
 def test_driving_actions_agree_with_the_reduced_machine(name: str) -> None:
     machine = Machine(flywheel.load(SCENES[name]))
-    found = joint_forces(machine, PHI)
+    forces = joint_forces(machine, PHI)
     state = flywheel.reduce(machine, PHI)
-    motion = found.motion
+    motion = forces.motion
     on_shafts = [
         k for k in state.moment_parts if k == "drive" or any(s in k.split(" on ")[-1:] for s in machine.scene.shafts)
     ]
@@ -216,7 +216,7 @@ def test_driving_actions_agree_with_the_reduced_machine(name: str) -> None:
     expected = state.inertia * motion.alpha + 0.5 * state.slope * motion.omega**2 - moments
     fixed = sum(i.value * machine.scene.shafts[i.on] ** 2 for i in machine.scene.inertias if i.on in machine.scene.shafts)
     expected = expected - fixed * motion.alpha
-    np.testing.assert_allclose(asked_of_shafts(machine, found), expected, atol=1e-10 * np.abs(expected).max())
+    np.testing.assert_allclose(asked_of_shafts(machine, forces), expected, atol=1e-10 * np.abs(expected).max())
 
 
 def test_steady_motion_fulfils_the_equation_of_motion() -> None:
@@ -229,9 +229,9 @@ def test_steady_motion_fulfils_the_equation_of_motion() -> None:
 
 def test_reactions_of_a_press_by_newton_and_euler() -> None:
     scene = flywheel.load(press())
-    found = joint_forces(scene, PHI)
-    motion, joints = found.motion, found.mechanisms["press"]
-    r, length, b, phi = 0.1, 0.5, 0.2, found.motion.phi
+    forces = joint_forces(scene, PHI)
+    motion, joints = forces.motion, forces.mechanisms["press"]
+    r, length, b, phi = 0.1, 0.5, 0.2, forces.motion.phi
     beta = np.arcsin(-r * np.sin(phi) / length)
     rate = -r * np.cos(phi) / (length * np.cos(beta))
     slope = (r * np.sin(phi) / length + np.sin(beta) * rate**2) / np.cos(beta)
@@ -294,9 +294,9 @@ def test_a_belt_beside_a_parallelogram_leaves_its_share_open_and_the_rest_known(
 
 
 def test_a_constant_speed_may_be_given() -> None:
-    found = joint_forces(flywheel.load(press()), PHI, speed=5.0, acceleration=2.0)
-    assert (found.motion.omega == 5.0).all()
-    assert (found.motion.alpha == 2.0).all()
+    forces = joint_forces(flywheel.load(press()), PHI, speed=5.0, acceleration=2.0)
+    assert (forces.motion.omega == 5.0).all()
+    assert (forces.motion.alpha == 2.0).all()
 
 
 def test_quasi_static_leaves_inertia_out() -> None:
@@ -382,19 +382,19 @@ def pushed(rtol: float = 1e-9) -> flywheel.Transient:
 
 def test_along_a_run_up_the_shaft_gives_what_the_drive_leaves() -> None:
     """Loads of the instant: whatever acts on the slider, the crank gets T - J alpha of the motion that was followed."""
-    found = joint_forces(flywheel.load(PUSHED), transient=pushed())
-    assert found.motion.time is not None
-    assert found.motion.phi.size == 500
-    action = found.mechanisms["slider-crank"].action
-    np.testing.assert_allclose(action, 100.0 - 0.2 * found.motion.alpha, rtol=0, atol=1e-11 * np.abs(action).max())
-    phi, t = found.motion.phi, found.motion.time
+    forces = joint_forces(flywheel.load(PUSHED), transient=pushed())
+    assert forces.motion.time is not None
+    assert forces.motion.phi.size == 500
+    action = forces.mechanisms["slider-crank"].action
+    np.testing.assert_allclose(action, 100.0 - 0.2 * forces.motion.alpha, rtol=0, atol=1e-11 * np.abs(action).max())
+    phi, t = forces.motion.phi, forces.motion.time
     beta = -np.arcsin(np.sin(phi) / 3)
     reach = -0.1 * (np.sin(phi) - np.cos(phi) * np.tan(beta))
-    slope = np.gradient(reach * found.motion.omega, t)  # the slider's acceleration
-    force = -200 - 50 * np.sin(20 * t) - 3 * reach * found.motion.omega - 400 * (t > 0.03)
+    slope = np.gradient(reach * forces.motion.omega, t)  # the slider's acceleration
+    force = -200 - 50 * np.sin(20 * t) - 3 * reach * forces.motion.omega - 400 * (t > 0.03)
     force -= 300 * ((np.degrees(phi) >= 10) & (np.degrees(phi) < 20))
     inside = (np.abs(t - 0.03) > 3e-4) & (np.abs(np.degrees(phi) - 15) > 5.5) & (np.abs(np.degrees(phi) - 15) > 4.5)
-    given = found.mechanisms["slider-crank"].components["slider_pin"]["x"]
+    given = forces.mechanisms["slider-crank"].components["slider_pin"]["x"]
     np.testing.assert_allclose(given[inside][1:-1], (5 * slope - force)[inside][1:-1], rtol=2e-3, atol=0.5)
 
 
@@ -432,10 +432,10 @@ def test_a_run_down_of_a_stroke_has_its_forces() -> None:
     load = [{"on": "O", "force": "-3*v - 2*t"}]
     scene = flywheel.load({"mechanism": linkage, "load": load, "stroke": {"from": 0, "to": 10, "speed": 1}})
     run = flywheel.transient(scene, start=4.0, end=0.5)
-    found = joint_forces(scene, transient=run, t=[0.0, 0.25, 0.5])
-    np.testing.assert_allclose(found.mechanisms["linkage"].action, 0.0, atol=1e-9)  # nothing but its load slows it
-    v = found.motion.omega
-    np.testing.assert_allclose(found.motion.alpha, (-3 * v - 2 * np.array([0.0, 0.25, 0.5])) / 2, rtol=1e-12)
+    forces = joint_forces(scene, transient=run, t=[0.0, 0.25, 0.5])
+    np.testing.assert_allclose(forces.mechanisms["linkage"].action, 0.0, atol=1e-9)  # nothing but its load slows it
+    v = forces.motion.omega
+    np.testing.assert_allclose(forces.motion.alpha, (-3 * v - 2 * np.array([0.0, 0.25, 0.5])) / 2, rtol=1e-12)
 
 
 def test_what_does_not_go_with_a_run_is_told() -> None:
@@ -452,13 +452,13 @@ def test_what_does_not_go_with_a_run_is_told() -> None:
 
 def test_a_constant_speed_has_its_time_and_so_have_its_loads() -> None:
     scene = flywheel.load(PUSHED)
-    found = joint_forces(scene, [0.5, 1.0], speed=10.0)
-    np.testing.assert_allclose(found.motion.time, [0.05, 0.1])
+    forces = joint_forces(scene, [0.5, 1.0], speed=10.0)
+    np.testing.assert_allclose(forces.motion.time, [0.05, 0.1])
     back = joint_forces(scene, [0.5, 1.0], speed=-10.0)
     np.testing.assert_allclose(back.motion.time, [(scene.cycle - 0.5) / 10.0, (scene.cycle - 1.0) / 10.0])
     held = PUSHED | {"load": [{"on": "slider", "force": f"{-600 - 50 * float(np.sin(1.0))!r} - 3*v"}]}
     same = joint_forces(flywheel.load(held), [0.5], speed=10.0)
-    actions = [f.mechanisms["slider-crank"].action[0] for f in (found, same)]
+    actions = [f.mechanisms["slider-crank"].action[0] for f in (forces, same)]
     assert actions[0] == pytest.approx(actions[1], rel=1e-12)
     with pytest.raises(SceneError, match=r"load\[0\]\.force: found a law that depends on time, expected a constant speed"):
         joint_forces(scene, [0.5], speed=10.0, acceleration=1.0)
@@ -468,28 +468,28 @@ def test_a_constant_speed_has_its_time_and_so_have_its_loads() -> None:
 
 
 def test_curves_are_found_by_the_names_of_joints_and_components() -> None:
-    found = joint_forces(flywheel.load(press()), PHI, speed=5.0)
-    assert [curve.name for curve in force_curves(found, ["pivot"])] == [
+    forces = joint_forces(flywheel.load(press()), PHI, speed=5.0)
+    assert [curve.name for curve in force_curves(forces, ["pivot"])] == [
         "pivot.driving",
         "pivot.x",
         "pivot.y",
         "pivot.resultant",
     ]
-    (across,) = force_curves(found, ["press.guide"], ["y"])
-    np.testing.assert_array_equal(across.values, found.mechanisms["press"].components["guide"]["normal"])
+    (across,) = force_curves(forces, ["press.guide"], ["y"])
+    np.testing.assert_array_equal(across.values, forces.mechanisms["press"].components["guide"]["normal"])
     with pytest.raises(SceneError, match=r"joints: found 'guid', expected one of pivot, .*; did you mean 'guide'\?"):
-        force_curves(found, ["guid"])
+        force_curves(forces, ["guid"])
     with pytest.raises(
         SceneError, match="component: found 'normal', which no requested joint has, expected one of driving, x"
     ):
-        force_curves(found, ["pivot"], ["normal"])
+        force_curves(forces, ["pivot"], ["normal"])
 
 
 def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
     scene = flywheel.load(press())
     machine = Machine(scene)
-    found = joint_forces(machine, np.linspace(0.0, 6.2, 400), speed=5.0)
-    over = axis(found, "time")
+    forces = joint_forces(machine, np.linspace(0.0, 6.2, 400), speed=5.0)
+    over = axis(forces, "time")
     assert (over.name, over.unit) == ("t", "s")
     np.testing.assert_allclose(over.edges[-2:] * 5.0, np.radians([300.0, 345.0]), atol=0.02)
     with pytest.raises(SceneError, match="over: found time, for forces at 5 rad/s and 1 rad/s², expected a motion in time"):

@@ -66,17 +66,17 @@ def slider(r: float, rod: float, e: float, q: Any) -> Any:
 def test_a_slider_crank_is_true_to_thirty_digits(offset):
     scene = flywheel.load({"mechanism": {**CRANK, "slider": {"offset": offset}}})
     q = [0.0, 0.7, np.pi, 4.9, 40.3]
-    found = flywheel.motion(scene, at=q)
+    motion = flywheel.motion(scene, at=q)
     x = partial(slider, 1.0, 2.0, offset)
 
     def half_way(p: Any) -> Any:
         return (mp.sin(p) + mp.mpf(offset)) / 2
 
     for k, at in enumerate(q):
-        holds(found["slider"], k, derivatives(x, at))
+        holds(motion["slider"], k, derivatives(x, at))
         pairs = zip(derivatives(lambda p: (mp.cos(p) + x(p)) / 2, at), derivatives(half_way, at), strict=True)
-        holds(found["rod.com"], k, tuple(pairs))
-        holds(found["crank_pin.angle"], k, derivatives(lambda p: mp.asin((mp.mpf(offset) - mp.sin(p)) / 2) - p, at))
+        holds(motion["rod.com"], k, tuple(pairs))
+        holds(motion["crank_pin.angle"], k, derivatives(lambda p: mp.asin((mp.mpf(offset) - mp.sin(p)) / 2) - p, at))
 
 
 @pytest.mark.parametrize("assembly", sample(["crossed", "open"], 2))
@@ -84,7 +84,7 @@ def test_a_four_bar_is_true_to_thirty_digits_in_both_assemblies(assembly):
     lengths = {"ground": 0.4, "crank": 0.1, "coupler": 0.35, "rocker": 0.3}
     bars = {"type": "four-bar", "assembly": assembly, **{name: {"length": value} for name, value in lengths.items()}}
     q = [0.3, 2.0, 5.1]
-    found = flywheel.motion(flywheel.load({"mechanism": bars}), at=q)
+    motion = flywheel.motion(flywheel.load({"mechanism": bars}), at=q)
     d, r, c, b = map(mp.mpf, lengths.values())
 
     def pin(q: Any) -> tuple[Any, Any]:
@@ -104,21 +104,21 @@ def test_a_four_bar_is_true_to_thirty_digits_in_both_assemblies(assembly):
 
     for k, at in enumerate(q):
         for name, formula in (("rocker", rocker), ("coupler", coupler)):
-            holds(found[name], k, derivatives(partial(formula, near=float(found[name].position[k])), at))
+            holds(motion[name], k, derivatives(partial(formula, near=float(motion[name].position[k])), at))
 
 
 def test_a_shaper_is_true_to_thirty_digits():
     shaper = {"type": "crank-shaper", "crank": {"length": 0.1}, "frame": {"length": 0.25}, "rocker": {"length": 0.5}}
     q = [0.4, 3.0, 5.5]
-    found = flywheel.motion(flywheel.load({"mechanism": shaper}), at=q)
+    motion = flywheel.motion(flywheel.load({"mechanism": shaper}), at=q)
     r, d = mp.mpf(0.1), mp.mpf(0.25)
 
     def rocker(p: Any) -> Any:
         return mp.atan2(r * mp.sin(p), d + r * mp.cos(p))
 
     for k, at in enumerate(q):
-        holds(found["rocker"], k, derivatives(rocker, at))
-        holds(found["ram"], k, derivatives(lambda p: mp.mpf(0.5) * mp.sin(rocker(p)), at))
+        holds(motion["rocker"], k, derivatives(rocker, at))
+        holds(motion["ram"], k, derivatives(lambda p: mp.mpf(0.5) * mp.sin(rocker(p)), at))
 
 
 @pytest.mark.slow
@@ -133,9 +133,9 @@ def test_a_cam_lifts_its_follower_as_its_law_says():
     scene = flywheel.load(
         {"mechanism": {"type": "linkage", "driver": "shaft", "bodies": bodies, "joints": joints, "couplings": [lift]}}
     )
-    found = flywheel.motion(scene, at=[1.0, 4.0])
+    motion = flywheel.motion(scene, at=[1.0, 4.0])
     for k, at in enumerate((1.0, 4.0)):
-        holds(found["follower"], k, derivatives(lambda p: mp.mpf(0.1) + mp.mpf(0.02) * mp.sin(p) ** 3, at))
+        holds(motion["follower"], k, derivatives(lambda p: mp.mpf(0.1) + mp.mpf(0.02) * mp.sin(p) ** 3, at))
 
 
 # -- any linkage, in absolute coordinates to 40 digits -----------------------------------------------------------------
@@ -258,19 +258,19 @@ def test_more_linkages_are_true_to_thirty_digits(file, at):
 
 
 def test_the_clamp_at_its_dead_centre_has_the_figures_of_its_source():
-    found = flywheel.motion(flywheel.load(EXAMPLES / "machines/injection_clamp.toml"), at=[0.19], speed="scene")
+    motion = flywheel.motion(flywheel.load(EXAMPLES / "machines/injection_clamp.toml"), at=[0.19], speed="scene")
     printed = {
         "bell_crank": (2.83967, -0.76165, -11.972),
         "coupler": (1.89156, 4.06981, 13.152),
         "rod": (0.0, 0.64447, 10.130),
     }
     for name, figures in printed.items():
-        for value, figure in zip(found[name][3:6], figures, strict=True):
+        for value, figure in zip(motion[name][3:6], figures, strict=True):
             assert float(value[0]) == pytest.approx(figure, rel=5e-5, abs=1e-4)
-    assert float(found["platen"].velocity[0]) == pytest.approx(2.179e-5, rel=1e-3)
-    assert float(found["platen"].acceleration[0]) == pytest.approx(-0.23527, rel=1e-4)
-    assert float(abs(found["bell_crank.com"].normal[0])) == pytest.approx(0.11 * 0.76165**2, rel=1e-4)
-    assert float(abs(found["bell_crank.com"].tangential[0])) == pytest.approx(1.3169, rel=1e-4)
+    assert float(motion["platen"].velocity[0]) == pytest.approx(2.179e-5, rel=1e-3)
+    assert float(motion["platen"].acceleration[0]) == pytest.approx(-0.23527, rel=1e-4)
+    assert float(abs(motion["bell_crank.com"].normal[0])) == pytest.approx(0.11 * 0.76165**2, rel=1e-4)
+    assert float(abs(motion["bell_crank.com"].tangential[0])) == pytest.approx(1.3169, rel=1e-4)
 
 
 # -- in time -----------------------------------------------------------------------------------------------------------
@@ -282,10 +282,10 @@ def test_laws_of_time_hold_with_their_derivatives():
         ("sin(t)", mp.sin),
         ("(t - sin(t))/2 + 0.3*exp(-t)", lambda t: (t - mp.sin(t)) / 2 + mp.mpf("0.3") * mp.exp(-t)),
     ):
-        found = flywheel.motion(scene, law=written, until=9.0, points=7)
-        for k, t in enumerate(found.t):
-            holds(found["slider"], k, derivatives(lambda t, law=law: slider(1.0, 2.0, 0.0, law(t)), float(t)))
-    assert found.over == "time"
+        motion = flywheel.motion(scene, law=written, until=9.0, points=7)
+        for k, t in enumerate(motion.t):
+            holds(motion["slider"], k, derivatives(lambda t, law=law: slider(1.0, 2.0, 0.0, law(t)), float(t)))
+    assert motion.over == "time"
 
 
 def test_every_form_of_a_law_moves_alike(tmp_path):
@@ -295,8 +295,8 @@ def test_every_form_of_a_law_moves_alike(tmp_path):
     table.write_text("t [ms],phi [deg]\n" + "".join(f"{1e3 * x!r},{float(np.degrees(np.sin(x)))!r}\n" for x in t.tolist()))
     wanted = flywheel.motion(scene, law="sin(t)", until=2.0, at=at)["slider"]
     for law in ((t, np.sin(t)), str(table), lambda t: (np.sin(t), np.cos(t), -np.sin(t))):
-        found = flywheel.motion(scene, law=law, until=2.0, at=at)["slider"]
-        for mine, other, close in zip(found[3:6], wanted[3:6], (1e-10, 1e-7, 1e-4), strict=True):
+        motion = flywheel.motion(scene, law=law, until=2.0, at=at)["slider"]
+        for mine, other, close in zip(motion[3:6], wanted[3:6], (1e-10, 1e-7, 1e-4), strict=True):
             assert np.abs(mine - other).max() < close
 
 
@@ -306,8 +306,8 @@ def test_each_column_of_a_law_has_its_own_unit(tmp_path, header):
     separator, milli, degrees = header[header.index("phi") - 1], "ms" in header, "deg" in header
     rows = [(t * (1e3 if milli else 1.0), 0.1 * t * t * (180 / np.pi if degrees else 1.0)) for t in (0.0, 0.5, 1.0, 2.0)]
     (tmp_path / "law.csv").write_text("\n".join([header, *(f"{t!r}{separator}{float(q)!r}" for t, q in rows)]))
-    found = flywheel.motion(flywheel.load(ALONE), law=str(tmp_path / "law.csv"), of=["crank"], at=[1.5])["crank"]
-    assert found.position == pytest.approx([0.225], rel=1e-12)
+    motion = flywheel.motion(flywheel.load(ALONE), law=str(tmp_path / "law.csv"), of=["crank"], at=[1.5])["crank"]
+    assert motion.position == pytest.approx([0.225], rel=1e-12)
 
 
 @pytest.mark.parametrize("call", ["motion", "joint_forces", "size", "tradeoff", "simulate"])
@@ -318,14 +318,14 @@ def test_a_file_name_is_no_scene(call):
 
 def test_a_start_by_a_cycloid_tells_where_it_goes_over():
     rise = "(t - sin(t))*(t < 2*pi) + 2*pi*(t >= 2*pi)"
-    found = flywheel.motion(flywheel.load(ALONE), law=rise, until=8.0)
-    assert found.messages == ()
-    assert found.breakpoints.size == 0  # it stops without a jump of its acceleration
-    found = flywheel.motion(flywheel.load(ALONE), law="t**2*(t < 1) + (2*t - 1)*(t >= 1)", until=2.0)
-    assert found.breakpoints == pytest.approx([1.0], abs=1e-13)
-    assert abs(found.breakpoints[0] - 1.0) <= found.breakpoint_errors[0]
-    found = flywheel.motion(flywheel.load(ALONE), law="abs(t - 1)", until=2.0)
-    assert "speed jumps at t = 1 s" in found.messages[0]
+    motion = flywheel.motion(flywheel.load(ALONE), law=rise, until=8.0)
+    assert motion.messages == ()
+    assert motion.breakpoints.size == 0  # it stops without a jump of its acceleration
+    motion = flywheel.motion(flywheel.load(ALONE), law="t**2*(t < 1) + (2*t - 1)*(t >= 1)", until=2.0)
+    assert motion.breakpoints == pytest.approx([1.0], abs=1e-13)
+    assert abs(motion.breakpoints[0] - 1.0) <= motion.breakpoint_errors[0]
+    motion = flywheel.motion(flywheel.load(ALONE), law="abs(t - 1)", until=2.0)
+    assert "speed jumps at t = 1 s" in motion.messages[0]
 
 
 def test_a_constant_speed_is_the_influence_coefficients_scaled():
@@ -358,11 +358,11 @@ def test_a_transient_moves_everything_within_its_own_error():
     rotor = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}}, "drive": {"torque": 6}}
     scene = flywheel.load({**rotor, "inertia": [{"on": "crank", "value": 2}]})
     run = flywheel.transient(scene, end=3.0)
-    found = flywheel.motion(scene, transient=run, points=7)
-    for k, t in enumerate(found.t):  # phi = 1.5 t²
-        holds(found["yoke"], k, derivatives(lambda t: mp.mpf(0.5) * mp.cos(mp.mpf(1.5) * t**2), float(t)), loose=1e10)
-    curve, rate = found["yoke"], np.abs(found.rate[1:])
-    assert (curve.errors[2][1:] >= 2 * np.abs(curve.parts[1][1:]) / rate * found.errors["rate"][1:]).all()
+    motion = flywheel.motion(scene, transient=run, points=7)
+    for k, t in enumerate(motion.t):  # phi = 1.5 t²
+        holds(motion["yoke"], k, derivatives(lambda t: mp.mpf(0.5) * mp.cos(mp.mpf(1.5) * t**2), float(t)), loose=1e10)
+    curve, rate = motion["yoke"], np.abs(motion.rate[1:])
+    assert (curve.errors[2][1:] >= 2 * np.abs(curve.parts[1][1:]) / rate * motion.errors["rate"][1:]).all()
     over = flywheel.motion(scene, transient=run, over="driver", at=[1.0, 6.0])
     assert over.t == pytest.approx(np.sqrt(np.array([1.0, 6.0]) / 1.5), abs=1e-9)
 
@@ -375,14 +375,14 @@ def test_the_steady_regime_over_time_is_the_derivative_of_itself():
         "drive": {"torque": "balance"},
     }
     scene = flywheel.load({**press, "regime": {"speed": 10}, "flywheel": {"inertia": 30}})
-    found = flywheel.motion(scene, regime=True, over="time", points=1001)
-    assert found.t[-1] == pytest.approx(flywheel.size(scene).simulation.period, rel=1e-9)
-    assert found.q[-1] == pytest.approx(2 * np.pi, abs=1e-9)
-    assert float(np.interp(found.breakpoints[0], found.t, found.q)) == pytest.approx(2.0, abs=1e-6)
+    motion = flywheel.motion(scene, regime=True, over="time", points=1001)
+    assert motion.t[-1] == pytest.approx(flywheel.size(scene).simulation.period, rel=1e-9)
+    assert motion.q[-1] == pytest.approx(2 * np.pi, abs=1e-9)
+    assert float(np.interp(motion.breakpoints[0], motion.t, motion.q)) == pytest.approx(2.0, abs=1e-6)
     for name in ("slider", "rod", "crank"):
-        curve, smooth = found[name], np.abs(found.t[1:-1] - found.breakpoints[0]) > 5e-3
+        curve, smooth = motion[name], np.abs(motion.t[1:-1] - motion.breakpoints[0]) > 5e-3
         for one, next_one in ((curve.position, curve.velocity), (curve.velocity, curve.acceleration)):
-            slope = (one[2:] - one[:-2]) / (found.t[2:] - found.t[:-2])
+            slope = (one[2:] - one[:-2]) / (motion.t[2:] - motion.t[:-2])
             assert np.abs(slope - next_one[1:-1])[smooth].max() < 3e-4 * np.abs(next_one).max()
 
 
@@ -402,16 +402,16 @@ def test_errors_grow_towards_a_lock(longer):
 
 def test_extremes_and_dead_centres_are_within_their_errors():
     x = partial(slider, 1.0, 2.0, 0.0)
-    found = flywheel.motion(flywheel.load(ALONE), points=5)  # however few positions are listed
-    for extreme in found.extremes["guide"]:
+    motion = flywheel.motion(flywheel.load(ALONE), points=5)  # however few positions are listed
+    for extreme in motion.extremes["guide"]:
         order = ("position", "velocity", "acceleration").index(extreme.quantity)
         with mp.workdps(30):
             at = mp.findroot(lambda p, order=order: mp.diff(x, p, order + 1), extreme.at)
             assert abs(at - extreme.at) <= extreme.at_error < 1e-7
             assert abs(mp.diff(x, at, order) - extreme.value) <= extreme.error < 1e-12
-    assert found.dead_centres["guide"] == pytest.approx([0.0, np.pi], abs=1e-12)
-    assert found.dead_centres["slider_pin"] == pytest.approx([0.0, np.pi], abs=1e-12)
-    assert not found.dead_centres["crank_pin"].size
+    assert motion.dead_centres["guide"] == pytest.approx([0.0, np.pi], abs=1e-12)
+    assert motion.dead_centres["slider_pin"] == pytest.approx([0.0, np.pi], abs=1e-12)
+    assert not motion.dead_centres["crank_pin"].size
     law = flywheel.motion(flywheel.load(ALONE), law="sin(t)", until=5.0)
     assert (
         np.abs(law.dead_centres["guide"] - np.array([0.5, 1.0, 1.5]) * np.pi).max()
@@ -424,9 +424,9 @@ def test_extremes_and_dead_centres_are_within_their_errors():
 def test_no_sample_lies_beyond_an_extreme_at_the_end_of_a_stroke(end):
     raw = tomllib.loads((EXAMPLES / "machines" / "injection_clamp.toml").read_text(encoding="utf-8"))
     raw["stroke"]["to"] = end
-    found = flywheel.motion(flywheel.load(raw), speed="scene", of=("rod", "bell_crank", "coupler"), points=101)
-    for name, curve in found.curves.items():
-        for extreme in found.extremes[name]:
+    motion = flywheel.motion(flywheel.load(raw), speed="scene", of=("rod", "bell_crank", "coupler"), points=101)
+    for name, curve in motion.curves.items():
+        for extreme in motion.extremes[name]:
             sampled = getattr(curve, extreme.quantity)
             furthest = sampled.min() if extreme.which == "least" else sampled.max()
             assert furthest == pytest.approx(extreme.value, abs=5e-3 * np.ptp(sampled))
@@ -439,11 +439,11 @@ def test_several_mechanisms_turn_on_their_own_shafts():
     scene = flywheel.load(
         {"mechanism": [*mechanisms, {"type": "law", "name": "law", "outputs": outputs}], "shafts": {"fast": {"ratio": 2}}}
     )
-    found = flywheel.motion(scene, at=[0.4])
-    assert {"crank", "fast", "one.rod", "two.rod.com", "law.pusher"} <= found.curves.keys()
-    holds(found["two.slider"], 0, derivatives(lambda p: slider(1.0, 2.0, 0.0, 2 * p + mp.mpf(np.pi / 2)), 0.4))
-    holds(found["pusher"], 0, derivatives(lambda p: mp.mpf(0.1) * mp.cos(2 * p), 0.4))
-    holds(found["fast"], 0, (2 * mp.mpf(0.4), mp.mpf(2), mp.mpf(0)))
+    motion = flywheel.motion(scene, at=[0.4])
+    assert {"crank", "fast", "one.rod", "two.rod.com", "law.pusher"} <= motion.curves.keys()
+    holds(motion["two.slider"], 0, derivatives(lambda p: slider(1.0, 2.0, 0.0, 2 * p + mp.mpf(np.pi / 2)), 0.4))
+    holds(motion["pusher"], 0, derivatives(lambda p: mp.mpf(0.1) * mp.cos(2 * p), 0.4))
+    holds(motion["fast"], 0, (2 * mp.mpf(0.4), mp.mpf(2), mp.mpf(0)))
 
 
 def test_shafts_alone_and_names():
@@ -453,9 +453,9 @@ def test_shafts_alone_and_names():
     assert rotor["motor"].position[-1] == pytest.approx(6 * np.pi)
     twisting = {"shafts": {"motor": {"ratio": 3, "stiffness": 1e3}}, "inertia": [{"on": "motor", "value": 1}]}
     assert flywheel.motion(flywheel.load(twisting), points=3).messages == ("taken as rigid: motor, which twists",)
-    found = flywheel.motion(flywheel.load(ALONE), of=["slider", "slider-crank.rod"], points=3)
-    assert list(found.curves) == ["guide", "rod"]
-    assert found["slider"] is found["guide"]
+    motion = flywheel.motion(flywheel.load(ALONE), of=["slider", "slider-crank.rod"], points=3)
+    assert list(motion.curves) == ["guide", "rod"]
+    assert motion["slider"] is motion["guide"]
 
 
 @cache
@@ -520,8 +520,8 @@ def test_a_law_that_locks_is_told_with_place_and_instant(tmp_path, type_):
         with pytest.raises(SceneError, match=rf"into a lock at t = {t:.9g} s, (above|below) -?74\.41010189 deg"):
             scene_moved(path, law, 3.0)
     scene = scene_moved(path, "0.3*sin(t)", 3.0)
-    found = flywheel.motion(scene, law="0.3*sin(t)", until=3.0, points=5)
-    assert found["crank"].position == pytest.approx(0.3 * np.sin(found.t))
+    motion = flywheel.motion(scene, law="0.3*sin(t)", until=3.0, points=5)
+    assert motion["crank"].position == pytest.approx(0.3 * np.sin(motion.t))
 
 
 LOCKING = """
@@ -545,12 +545,12 @@ assembly = [{point = "coupler.C", from = "crank.B", to = "frame.D", side = "left
 def test_a_jump_leaves_extremes_and_breakpoints_their_digits(given):
     """At the jump itself either side may be meant, in time above all; what is beside it is known."""
     law = {"type": "law", "outputs": {"follower": {"x": "0.01*(1 - cos(2*phi)) if phi < pi else 0"}}}
-    found = flywheel.motion(flywheel.load({"mechanism": law}), of=["follower"], points=9, **given)
+    motion = flywheel.motion(flywheel.load({"mechanism": law}), of=["follower"], points=9, **given)
     scale = 100.0 if given else 1.0
-    least, greatest = (extreme for extreme in found.extremes["follower"] if extreme.quantity == "acceleration")
+    least, greatest = (extreme for extreme in motion.extremes["follower"] if extreme.quantity == "acceleration")
     assert (least.value, greatest.value) == pytest.approx((-0.04 * scale, 0.04 * scale), rel=1e-12)
     assert least.error + greatest.error < 1e-9 * scale
-    assert found.breakpoints == pytest.approx([np.pi / (10.0 if given.get("over") else 1.0)])
+    assert motion.breakpoints == pytest.approx([np.pi / (10.0 if given.get("over") else 1.0)])
 
 
 # Instant centres of scenes: through shafts and strokes, with errors; velocities by them; as text, columns and data.
@@ -599,9 +599,9 @@ def test_the_text_lists_centres_and_velocities(scene):
 
 
 def test_columns_and_data_hold_the_same(scene):
-    found = flywheel.instant_centres(scene, [0.5, 1.0])
-    columns = dict(table(found))
-    told = json.loads(encoded(data(found)))["slider-crank"]
+    centres = flywheel.instant_centres(scene, [0.5, 1.0])
+    columns = dict(table(centres))
+    told = json.loads(encoded(data(centres)))["slider-crank"]
     rod = next(centre for centre in told["centres"] if centre["bodies"] == ["frame", "rod"])
     assert rod["x"] == columns["P(frame rod) x [m]"].tolist()
     assert rod["direction"] == [None, None]

@@ -28,30 +28,30 @@ def legend(made):
 
 
 def test_one_number_gives_curves_and_where_they_part(scene):
-    found = flywheel.sweep(scene, {SPEED: np.append(-1.0, np.linspace(5.0, 120.0, 24))})
-    assert too_light(found).any()
-    made = draw_sweep(found)
+    sweep = flywheel.sweep(scene, {SPEED: np.append(-1.0, np.linspace(5.0, 120.0, 24))})
+    assert too_light(sweep).any()
+    made = draw_sweep(sweep)
     above, below = made.axes
     assert above.get_ylabel() == "flywheel at its shaft, kg m²"
     assert below.get_xlabel() == "regime.speed, rpm"
     assert above.get_xlim()[1] > 1000.0
     exact, approximate = (line.get_ydata() for line in above.get_lines()[:2])
-    assert np.array_equal(exact, found.exact, equal_nan=True)
-    assert np.array_equal(approximate, found.approximate, equal_nan=True)
+    assert np.array_equal(exact, sweep.exact, equal_nan=True)
+    assert np.array_equal(approximate, sweep.approximate, equal_nan=True)
     assert legend(made) == ["exact", "approximate", DANGER, "refused"]
 
 
 @pytest.mark.slow
 def test_more_numbers_give_a_map_or_parallel_coordinates(scene):
     grid = {SPEED: np.linspace(5.0, 120.0, 6), LENGTH: np.append(np.linspace(0.05, 0.2, 4), 0.7)}
-    found = flywheel.sweep(scene, grid, grid=True)
-    made = draw_sweep(found)
+    sweep = flywheel.sweep(scene, grid, grid=True)
+    made = draw_sweep(sweep)
     assert (made.axes[0].get_xlabel(), made.axes[0].get_ylabel()) == ("regime.speed, rpm", "crank.length, m")
     least, *others = legend(made)
     assert least.startswith("least: ")
     assert others == [DANGER, "refused"]
-    found = flywheel.sweep(scene, {**grid, EPS: [0.02, 0.05]}, grid=True)
-    made = draw_sweep(found)
+    sweep = flywheel.sweep(scene, {**grid, EPS: [0.02, 0.05]}, grid=True)
+    made = draw_sweep(sweep)
     names = [label.get_text().split(",")[0] for label in made.axes[0].get_xticklabels()]
     assert names == [
         "regime.speed",
@@ -62,7 +62,7 @@ def test_more_numbers_give_a_map_or_parallel_coordinates(scene):
         "power of the drive at the mean of the extreme speeds",
     ]
     lines = sum(len(each.get_segments()) for each in made.axes[0].collections if isinstance(each, LineCollection))
-    assert lines == np.isfinite(found.exact).sum() + len(found.pareto("exact", "power"))
+    assert lines == np.isfinite(sweep.exact).sum() + len(sweep.pareto("exact", "power"))
 
 
 @pytest.mark.slow
@@ -77,9 +77,9 @@ def test_more_numbers_give_a_map_or_parallel_coordinates(scene):
     ],
 )
 def test_odd_sweeps_have_pictures_too(scene, columns, tmp_path):
-    found = flywheel.sweep(scene, columns)
-    found.plot(tmp_path / "a.svg")
-    assert max(map(len, found.table().splitlines())) <= 80
+    sweep = flywheel.sweep(scene, columns)
+    sweep.plot(tmp_path / "a.svg")
+    assert max(map(len, sweep.table().splitlines())) <= 80
 
 
 # Errors over times: every point is there with its label, and no label lies on another.

@@ -381,8 +381,8 @@ def test_twenty_points_anywhere():
 
 def test_twelve_points_in_one_place():
     points = np.tile([360.0, 15.0], (12, 1)) + np.linspace(0.0, 2.0, 12)[:, None]
-    found = check(points, sizes_of(12))
-    middles = 0.5 * (found[:, :2] + found[:, 2:])
+    faults = check(points, sizes_of(12))
+    middles = 0.5 * (faults[:, :2] + faults[:, 2:])
     assert np.hypot(*(middles - points).T).max() < 300
 
 

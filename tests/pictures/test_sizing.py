@@ -580,9 +580,9 @@ def test_the_command_draws_and_refuses(tmp_path):
     scene = tmp_path / "arm.toml"
     scene.write_text('mechanism = {type = "slider-crank", crank = {length = 0.1}, rod = {length = 0.3}}\n')
     run = CliRunner().invoke
-    found = run(main, ["reduce", str(scene), "--plot", str(tmp_path / "a.png"), "--of", "rad"])
-    assert found.exit_code == 1
-    assert 'did you mean "rod"?' in found.stderr
+    output = run(main, ["reduce", str(scene), "--plot", str(tmp_path / "a.png"), "--of", "rad"])
+    assert output.exit_code == 1
+    assert 'did you mean "rod"?' in output.stderr
     assert run(main, ["reduce", str(scene), "--of", "rod"]).exit_code == 2
     drawn = run(main, ["reduce", str(scene), "--at", "0 deg", "--plot", str(tmp_path / "a.png"), "--of", "rod"])
     assert drawn.exit_code == 0, drawn.output

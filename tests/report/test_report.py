@@ -203,19 +203,19 @@ def test_a_report_replaces_a_report_and_nothing_else(tmp_path):
 @pytest.mark.usefixtures("page")
 def test_without_a_browser_a_pdf_is_refused_in_a_line(tmp_path, monkeypatch):
     monkeypatch.setattr(contents, "browsers", lambda: iter(()))
-    found = run(DIAGRAM, "-o", tmp_path / "a.pdf")
-    assert found.exit_code == 1
-    assert len(found.output.splitlines()) == 1
-    assert "a PDF needs a browser" in found.output
+    output = run(DIAGRAM, "-o", tmp_path / "a.pdf")
+    assert output.exit_code == 1
+    assert len(output.output.splitlines()) == 1
+    assert "a PDF needs a browser" in output.output
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.usefixtures("page")
 def test_a_browser_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
     monkeypatch.setattr(contents, "browsers", lambda: iter(("/bin/false",)))
-    found = run(DIAGRAM, "-o", tmp_path / "a.pdf")
-    assert (found.exit_code, list(tmp_path.iterdir())) == (1, [])
-    assert "printed nothing" in found.output
+    output = run(DIAGRAM, "-o", tmp_path / "a.pdf")
+    assert (output.exit_code, list(tmp_path.iterdir())) == (1, [])
+    assert "printed nothing" in output.output
 
 
 @pytest.mark.usefixtures("page")
@@ -237,9 +237,9 @@ def test_the_command_says_what_is_wrong(tmp_path):
         ("[", "no such file"),
     ):
         solutions.write_text(text)
-        found = run(DIAGRAM, "-o", tmp_path / "a.html", "--printed", solutions)
-        assert found.exit_code == 1
-        assert told in found.output
+        output = run(DIAGRAM, "-o", tmp_path / "a.html", "--printed", solutions)
+        assert output.exit_code == 1
+        assert told in output.output
     assert not (tmp_path / "a.html").exists()
 
 

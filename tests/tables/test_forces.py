@@ -96,12 +96,12 @@ def test_a_stroke_is_looked_at_up_to_both_ends() -> None:
 
 def test_rounding_is_nought_in_the_text_and_stays_in_the_data() -> None:
     loaded = flywheel.load(straight_drive())
-    found = joint_forces(loaded)
-    normal = found.mechanisms["linkage"].components["bore"]["normal"]
+    forces = joint_forces(loaded)
+    normal = forces.mechanisms["linkage"].components["bore"]["normal"]
     assert 0.0 < np.abs(normal).max() < 1e-9
-    assert "bore: 0 N at" in text(loaded, found)
-    assert "share of the moment is 0 N m" in text(loaded, found)
-    assert repr(float(normal[7])) in csv_text(loaded, found)
+    assert "bore: 0 N at" in text(loaded, forces)
+    assert "share of the moment is 0 N m" in text(loaded, forces)
+    assert repr(float(normal[7])) in csv_text(loaded, forces)
 
 
 def test_csv_has_the_library_s_figures() -> None:

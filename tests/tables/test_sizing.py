@@ -53,9 +53,9 @@ def _sized(scene: Path | str, simulate: bool) -> Sizing:
 
 
 def number(text: str, pattern: str) -> float:
-    found = re.search(pattern + r"\s*([-+0-9.e]+)", text)
-    assert found, f"{pattern} not in\n{text}"
-    return float(found[1])
+    match = re.search(pattern + r"\s*([-+0-9.e]+)", text)
+    assert match, f"{pattern} not in\n{text}"
+    return float(match[1])
 
 
 @pytest.mark.parametrize("path", sample(SCENES, 4), ids=lambda path: path.stem)
@@ -267,9 +267,9 @@ REGIMES: dict[str, dict[str, Any]] = {
 
 
 def regime_number(text: str, pattern: str) -> float:
-    found = re.search(pattern + r"\s+(-?[0-9.e+-]+)", text)
-    assert found, f"{pattern} not in\n{text}"
-    return float(found[1])
+    match = re.search(pattern + r"\s+(-?[0-9.e+-]+)", text)
+    assert match, f"{pattern} not in\n{text}"
+    return float(match[1])
 
 
 @pytest.mark.parametrize("name", REGIMES)
@@ -524,13 +524,13 @@ def test_what_is_stressed_too_much_is_marked():
 @pytest.mark.parametrize("asked", [ARMED, WheelAsked("disc", IRON, width=0.1), WheelAsked("lightest", IRON, max_radius=0.5)])
 def test_json(asked):
     wheel = choose(20.0, 20.0, asked)
-    found = json.loads(json.dumps(wheel.as_dict(), allow_nan=False))
-    assert found["inertia"] == wheel.inertia
-    assert found["stresses"] == dict(wheel.stresses)
-    assert found["material"]["density"] == 7200.0
-    assert (found["arms"] is None) == (wheel.body.arms is None)
-    assert found["greatest_stress"] == max(found["stresses"].values())
-    assert (found["compared"] is None) == (asked.shape != "lightest")
+    data = json.loads(json.dumps(wheel.as_dict(), allow_nan=False))
+    assert data["inertia"] == wheel.inertia
+    assert data["stresses"] == dict(wheel.stresses)
+    assert data["material"]["density"] == 7200.0
+    assert (data["arms"] is None) == (wheel.body.arms is None)
+    assert data["greatest_stress"] == max(data["stresses"].values())
+    assert (data["compared"] is None) == (asked.shape != "lightest")
 
 
 SCENE = {

@@ -190,9 +190,9 @@ def scene(tmp_path):
     ],
 )
 def test_the_command_prints_the_page_and_what_else_is_asked(scene, options, says):
-    found = CliRunner().invoke(main, ["size", str(scene), "--no-simulate", *options])
-    assert found.exit_code == 0
-    assert says in found.stdout
+    result = CliRunner().invoke(main, ["size", str(scene), "--no-simulate", *options])
+    assert result.exit_code == 0
+    assert says in result.stdout
 
 
 @pytest.mark.parametrize("options", [("--full", "--units", "us"), ("--json", "--language", "es"), ("--json", "--full")])
