@@ -25,7 +25,7 @@ from flywheel.scene.scene import Scene
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are searched for
 _PER_DECADE = 24
 _NEAR_MARKS = np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])  # of a speed that a motor is known by
-_AT_ONCE = 200_000  # values on the mesh that are computed together
+_AT_ONCE = 6_000  # values on the mesh that are computed together: arrays of them stay in the processor's cache
 _SPEED_STEP = 1e-3  # of a speed: between those whose net works are compared
 _WORK_ROUNDING = 1e-12  # of the net work: smaller differences are rounding
 _NEAR_HUMP = 1e-8  # in the logarithm of a speed: resolution of the search for a hump of the net work
