@@ -160,6 +160,10 @@ class Moments:
     do not end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
     """
 
+    _directions: tuple[
+        Array, ...
+    ] = ()  # K of every part for the last directions of power in the meshes: often the next, too
+
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
         self.parts: list[_Part] = []
@@ -352,11 +356,13 @@ class Moments:
         """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
         bare = [part.slope * (0.5 * omega * omega) - act.moment for part, act in zip(self.parts, acting, strict=True)]
-        start = tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts)
-        acceleration, _, passed, factors = solved(
-            inertias, bare, start, self.machine.stages, lambda tau: self._deciding(tau) > 0.0
+        shape = (*omega.shape[:-1], omega.shape[-1] if self.local else 1)
+        if not self._directions or self._directions[-1].shape != shape:
+            self._directions = tuple(np.ones(shape) for _ in self.parts)
+        acceleration, _, passed, self._directions = solved(
+            inertias, bare, self._directions, self.machine.stages, lambda tau: self._deciding(tau) > 0.0
         )
-        return acceleration, passed, factors
+        return acceleration, passed, self._directions
 
     def drive(self, omega: Array, unknown: float, states: States = ()) -> Array:
         """The drive's share of F (N m, on the crank), before losses."""
