@@ -311,7 +311,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
         end = source.name if source.kind == "Sf" else bond.other(source.name)
         fixed.append((bond, _Mark(end, "source", source.name)))
     fixed += [(bond, _Mark(end, "chosen", "")) for bond, end in _cancelling(graph)]
-    draft = _extended(_Assignment(graph, {}, {}, frozenset()), fixed, list(graph.elements))
+    draft = _extended(_Assignment(graph, {}, _rings(graph), frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
         trial = _store(draft, preferences, name)
         free = graph.bond_of(name).number not in draft.marks
@@ -334,6 +334,22 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
         tuple(draft.conflicts.values()),
         circles,
     )
+
+
+def _rings(graph: BondGraph) -> dict[str, str]:
+    """A line for each bond that closes a ring of equal junctions, round which an effort (flow) of any size may go."""
+    kind, joined, faults = {e.name: e.kind for e in graph.of_kind(*JUNCTIONS)}, list[Bond](), dict[str, str]()
+    for bond in graph.bonds:
+        if kind.get(bond.tail) != kind.get(bond.head) or bond.tail not in kind:
+            continue
+        one = representatives(kind, [b[1:] for b in joined])
+        if one[bond.tail] == one[bond.head]:
+            ends, free = f"{graph.title(bond.tail)} and {graph.title(bond.head)}", _WORDS[OTHER[COMMON[kind[bond.tail]]]]
+            faults[f"bond {bond.number}"] = (
+                f"bond {bond.number} joins {ends}, which other bonds join already: nothing determines its {free}; remove it"
+            )
+        joined.append(bond)
+    return faults
 
 
 def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:

@@ -13,6 +13,7 @@ from bondgraph import (
     TF,
     Builder,
     C,
+    Dynamics,
     GraphError,
     I,
     Law,
@@ -24,6 +25,8 @@ from bondgraph import (
     Sf,
     Zero,
     causality,
+    simulate,
+    state_equations,
     table,
     zero_order_paths,
 )
@@ -272,8 +275,19 @@ def test_a_conflict_is_reported_exactly_where_no_assignment_exists(graph):
     numbers = [b.number for b in graph.bonds]
     every = itertools.product(*(b[1:] for b in graph.bonds))
     possible = any(not violations(graph, dict(zip(numbers, ends, strict=True))) for ends in every)
-    assert possible == (result.conflicts == ())
+    assert possible == all("join already" in line for line in result.conflicts)  # what no stroke tells: rings
     assert (violations(graph, result.strokes) == []) == possible
+
+
+def test_a_ring_of_equal_junctions_is_told_by_every_call():
+    b = Builder().zero("a").zero("b").one("c").bond("a", "b").bond("b", "c").bond("a", "b").on("a", Sf("u", 1.0))
+    graph, line = (
+        b.on("c", I("m", 1.0)).build(),
+        r"^bond 3 joins 0:a and 0:b, which other bonds join already: nothing",
+    )
+    for call in (table, state_equations, Dynamics, zero_order_paths, lambda graph: simulate(graph, 1.0)):
+        with pytest.raises(GraphError, match=line):
+            call(graph)
 
 
 def test_sixty_bonds_and_more_are_assigned():
