@@ -31,16 +31,7 @@ from flywheel.motions.stroke_course import (
     speed_extremes,
     temperature,
 )
-from flywheel.motions.strokes import (
-    BRAKE,
-    NAME,
-    Phases,
-    Strokes,
-    check,
-    fitted,
-    periodic,
-    regaining,
-)
+from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, fitted, periodic, regaining
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
@@ -684,7 +675,7 @@ def _sized(
                 closer = beside(name, start, closest, near.phases, _at_its_rate(start, near))
                 alone[name] = closer.inertia
                 continue
-            known = [run for run in runs.values() if run is not None]
+            known = filter(None, runs.values())
             first = min(known, key=lambda run: abs(_limited(*run, [name])[name] / demands[name] - 1.0), default=None)
             inertia, guess = (_WIDER * scale, None) if first is None else (first[0].inertia, first[1]._replace(slopes=None))
             inertia = beside(name, Strokes(scene, inertia, _COARSEST, strokes), _ROUGHLY, guess).inertia

@@ -332,26 +332,25 @@ class Strokes:
 
         """
         legs, brake_time = self.engaged(speed, rest)
-        coasting, braking, brake_time, resting = self._stop(self._ends(legs[-1])[1], legs[-1].end, brake_time)
-        return self._recovered(legs, coasting, braking, brake_time, resting, speed if regains else None)
+        stopping = self._stop(self._ends(legs[-1])[1], legs[-1].end, brake_time)
+        return self._recovered(legs, stopping, speed if regains else None)
 
     def renewed(self, phases: Phases) -> Phases:
         """The stroke for another rate or `idle`, from this one: only the recovery differs."""
-        return self._recovered(phases.legs, phases.coasting, phases.braking, phases.brake_time, phases.resting, None)
+        stopping = phases.coasting, phases.braking, phases.brake_time, phases.resting
+        return self._recovered(phases.legs, stopping, None)
 
     def _recovered(
-        self,
-        legs: tuple[Leg, ...],
-        coasting: Trail | None,
-        braking: Trail,
-        brake_time: float,
-        resting: float,
-        regained: float | None,
+        self, legs: tuple[Leg, ...], stopping: tuple[Trail | None, Trail, float, float], regained: float | None
     ) -> Phases:
         """A stroke with its recovery: over the rest of the period, or until a speed (rad/s) is regained."""
+        coasting, braking, brake_time, resting = stopping
         release_time, stop_time = legs[-1].end, brake_time + float(braking.t[-1])
         start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
-        lasting = self._period(stop_time) if regained is None else math.inf if start.omega < regained else release_time
+        if regained is None:
+            lasting = self.plan.continuous / self.plan.rate if self.plan.rate else stop_time + (self.plan.idle or 0.0)
+        else:
+            lasting = math.inf if start.omega < regained else release_time
         if lasting < stop_time:
             defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
             advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
@@ -398,11 +397,6 @@ class Strokes:
         )
         rest = Stretch(Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, end), offset, anchor)
         return recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
-
-    def _period(self, stop_time: float) -> float:
-        if self.plan.rate is not None:
-            return self.plan.continuous / self.plan.rate
-        return stop_time + (self.plan.idle or 0.0)
 
     def engaged(self, speed: float, rest: float, touch: float | None = None) -> tuple[tuple[Leg, ...], float | None]:
         """The legs of a stroke until the clutch has opened, and the time (s) of the brake if it is applied before.

@@ -26,28 +26,14 @@ from flywheel.tables.sizing import limit_names
 from flywheel.tables.summary import Block, lines_of, machine_block
 
 _OF_STROKE = (
-    "period",
-    "rate",
-    "stroke_time",
-    "speed_greatest",
-    "speed_least",
-    "irregularity",
-    "wheel_energy",
+    *("period", "rate", "stroke_time", "speed_greatest", "speed_least", "irregularity", "wheel_energy"),
     "recovery_time",
 )
 _OF_CLUTCH = (
     *("slip_time", "lock_angle", "second_slip_time", "second_slip_angle", "second_slip_heat"),
     *("clutch_torque", "clutch_heat", "clutch_heat_per_hour", "brake_angle", "stopping_time"),
-    *(
-        "overrun",
-        "holding_torque",
-        "brake_heat",
-        "brake_heat_per_hour",
-        "emergency_time",
-        "emergency_angle",
-        "safety_distance",
-        "inch_angle",
-    ),
+    *("overrun", "holding_torque", "brake_heat", "brake_heat_per_hour"),
+    *("emergency_time", "emergency_angle", "safety_distance", "inch_angle"),
 )
 _OF_DRIVE = (
     *("mean_power", "motor_torque_rms", "motor_torque_peak", "motor_heat", "temperature"),
@@ -76,18 +62,14 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
                 yield Row(BY_KEY[key].name, *written(BY_KEY[key], value, result.error.get(key, 0.0), system))
 
     trips = [message(each) for each in trip_messages(result.trips)]
+    remarks = *_slips_again(result, system), *_off_stop(result, system)
     title = printable(result.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
         Block("title", title),
         machine_block(result.scene, system),
         _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
-        Block(
-            "clutch",
-            _("Clutch and brake"),
-            tuple(rows(_OF_CLUTCH)),
-            sentences=(*_slips_again(result, system), *_off_stop(result, system)),
-        ),
+        Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=remarks),
         Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(result))),
         _shares(result, system),
         _formulas(result, system),
@@ -185,12 +167,7 @@ def full(result: SingleStroke) -> str:
     energies = [(key, figure(value, result.error["energy"][key]), "J") for key, value in result.energy.items()]
     shares = [(key, figure(value, result.error["shares"][key]), "") for key, value in result.shares.items()]
     formulas = [(key, figure(value), BY_KEY[key].unit) for key, value in result.formulas.items()]
-    lists = {
-        "Figures": rows,
-        "Energy of a period": energies,
-        "Loads and limits": shares,
-        "By formulas": formulas,
-    }
+    lists = {"Figures": rows, "Energy of a period": energies, "Loads and limits": shares, "By formulas": formulas}
     return paragraphs(
         [[result.scene.title or ""], scene_rows(result.scene), *([title, *columns(each)] for title, each in lists.items())]
     )
