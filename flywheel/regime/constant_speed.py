@@ -7,7 +7,7 @@ prevent a steady speed appear here first, and are named.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -46,13 +46,6 @@ _MADE_UP = Fault(
     "a balance, or torques that depend on speed",
     'name the unknown: drive.torque = "balance", or give a motor',
 )
-
-
-class SteadySpeed(NamedTuple):
-    """A constant speed (rad/s) at which the net work of a cycle is zero, and its stability."""
-
-    speed: float
-    stable: bool
 
 
 def check_steady(machine: Machine) -> None:
@@ -108,8 +101,8 @@ def speed_error(machine: Machine, speed: float) -> float:
     return 24 * cells.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
 
 
-def steady_speeds(moments: Moments) -> list[SteadySpeed]:
-    """Every constant speed at which the net work is zero, ascending.
+def steady_speeds(moments: Moments) -> list[tuple[float, bool]]:
+    """Every constant speed (rad/s) at which the net work is zero, ascending, and whether it is stable.
 
     The search covers twelve decades around a typical speed, and the neighbourhood of every peak and trough; if there are no
     such speeds, as many decades more on either side.
@@ -118,7 +111,7 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
         grid, works = _scanned(moments, decades)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
         roots = [
-            SteadySpeed(root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
+            (root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
             for (a, before), (b, after) in pairwise(points)
             if before * after < 0.0 or (after == 0.0 and before != 0.0)
         ]
@@ -217,13 +210,13 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
         return speed
 
     speeds = steady_speeds(moments)
-    if not any(item.stable for item in speeds):
+    if not any(stable for _, stable in speeds):
         raise SceneError([_no_speed(moments, speeds) if machine.depends_on_speed else _MADE_UP])
-    speeds = [SteadySpeed(sharpened(item.speed), True) if item.stable else item for item in speeds]
-    speed = [item.speed for item in speeds if item.stable][-1]
+    speeds = [(sharpened(at) if stable else at, stable) for at, stable in speeds]
+    speed = [at for at, stable in speeds if stable][-1]
     if len(speeds) == 1:
         return speed, ()
-    others = ", ".join(f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in speeds)
+    others = ", ".join(f"{at:.6g} rad/s ({'stable' if stable else 'unstable'})" for at, stable in speeds)
     return speed, (f"net work at constant speed is zero at {others}: the motion is that near {speed:.6g} rad/s",)
 
 
@@ -241,12 +234,12 @@ def _speed_in_step(moments: Moments) -> float:
     return speed
 
 
-def _no_speed(moments: Moments, speeds: list[SteadySpeed]) -> Fault:
+def _no_speed(moments: Moments, speeds: list[tuple[float, bool]]) -> Fault:
     """The fault of a machine that has no stable steady speed."""
     path = "drive" if moments.machine.scene.drive is not None else "load"
     expected = "torques that hold a steady speed"
     if speeds:
-        at = speeds[-1].speed
+        at = speeds[-1][0]
         what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
         return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
     grid, works = _scanned(moments, _DECADES)
