@@ -154,13 +154,15 @@ WEIGHTLESS = (
 
 
 def _adjugate(matrix: Any) -> tuple[Any, Any]:
-    """The adjugate and the determinant, by Cayley and Hamilton's theorem: no step divides."""
+    """The adjugate and the determinant; of exact entries by Cayley and Hamilton's theorem: no step divides."""
     import sympy
     from sympy.polys.matrices import DomainMatrix  # type: ignore[import-untyped]
 
     size = matrix.rows
     if size == 1:
         return sympy.eye(1), matrix[0, 0]
+    if matrix.has(sympy.Float):  # fractions of polynomials with floats have no divisors that can be relied on
+        return matrix.adjugate("berkowitz"), matrix.det("berkowitz")
     domain_matrix = DomainMatrix.from_Matrix(matrix)
     unit = DomainMatrix.eye(size, domain_matrix.domain)
     *inner, last = domain_matrix.charpoly()[1:]

@@ -84,6 +84,27 @@ def test_ports_that_only_rounding_ties_stay_apart():
     assert_allclose(Dynamics(graph).rates(0.0, 1.3), [rate], rtol=1e-13)
 
 
+def test_an_inertia_that_follows_two_ports_has_the_same_rates_in_symbols():
+    """With e the effort of n and f = -(f2 + f3 + f_m) of x: e + u = r f + o f', f2' + f3' from K p' = K (-q/C, e, e)."""
+    b = Builder().one("a").zero("n").one("x").bond("n", "x").on("a", C("C", 0.25))
+    b.field(I("F", [[8.0, -6.0, -3.0], [-6.0, 10.0, 0.0], [-3.0, 0.0, 11.0]]), "a", "n", "n").on("n", I("m", 2.3))
+    graph = b.on("x", I("o", 0.7), R("r", 1.3), Se("u", 1.0)).build()
+    K, p, q, m = (
+        np.linalg.inv([[8.0, -6.0, -3.0], [-6.0, 10.0, 0.0], [-3.0, 0.0, 11.0]]),
+        np.array([0.3, 0.4, 0.5]),
+        0.6,
+        0.7,
+    )
+    both, flow = K[1] + K[2], -((K[1] + K[2]) @ p + m / 2.3)
+    effort = (-1.0 + 1.3 * flow + 0.7 * both[0] * q / 0.25) / (1.0 + 0.7 * (both[1] + both[2] + 1.0 / 2.3))
+    by_name = {"p_F_1": p[0], "p_F_2": p[1], "p_F_3": p[2], "q_C": q, "p_m": m}
+    rates = {"p_F_1": -q / 0.25, "p_F_2": effort, "p_F_3": effort, "q_C": K[0] @ p, "p_m": effort}
+    names = Dynamics(graph).state.names
+    expected, state = [rates[name] for name in names], [by_name[name] for name in names]
+    assert_allclose(Dynamics(graph).rates(0.0, *state), expected, rtol=1e-13)
+    assert_allclose(state_equations(graph).numeric()(0.0, state), expected, rtol=1e-12)
+
+
 def test_ports_in_series_are_one_store():
     """Two coils that aid each other: L11 + L22 + 2 L12; two that one flow drives against each other: - 2 L12."""
     graph = Builder().one("a").on("a", Se("u", 1.0)).field(I("coils", INDUCTANCE), "a", "a").build()
