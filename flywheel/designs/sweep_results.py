@@ -431,10 +431,21 @@ def table_of(sweep: Sweep, part: slice = slice(None)) -> dict[str, NDArray[Any]]
 
 
 def write_csv(sweep: Sweep, path: str | Path) -> None:
-    """Writes a row for each design; a file with another beginning is left unchanged."""
-    header = csv_lines(sweep, rows=0)
-    with replacement(path, "text", text=next(iter(header))) as fresh, fresh.open("w", encoding="utf-8", newline="") as file:
+    """Writes a row for each design; a file that does not begin with its numbers is left unchanged."""
+    _check_csv(Path(path), next(csv_lines(sweep, rows=0)).rstrip("\n").split(",")[: len(sweep.columns)])
+    with replacement(path, "text") as fresh, fresh.open("w", encoding="utf-8", newline="") as file:
         file.writelines(csv_lines(sweep))
+
+
+def _check_csv(file: Path, names: Sequence[str]) -> None:
+    """Refuses a file that is no table of these numbers; its figures may be others, as those of a sweep just begun are."""
+    if not file.is_file() or not file.stat().st_size:
+        return
+    with file.open(encoding="utf-8", errors="replace") as text:
+        there = text.readline(_MOST_HEADER).rstrip("\n").split(",")
+    if there[: len(names)] != names:
+        reason = "it exists already and does not begin as what would be written"
+        raise RefusalError(f"{reason}: give another name, or remove it first", file)
 
 
 def csv_lines(sweep: Sweep, rows: int | None = None) -> Iterator[str]:
@@ -687,14 +698,9 @@ def _check_output(file: Path, plan: Plan, own: dict[str, Any]) -> None:
     check(file, {".csv": "text", ".parquet": "parquet"}.get(ending, "npz"))
     if ending == ".parquet":
         _check_parquet(file, own)
-    elif ending == ".csv" and file.is_file() and file.stat().st_size:
+    elif ending == ".csv":
         units = {name: one.unit for name, one in numbers(plan.scene).items() if one.unit}
-        names = [f"{name} [{units[name]}]" if name in units else name for name in plan.columns]
-        with file.open(encoding="utf-8", errors="replace") as text:
-            there = text.readline(_MOST_HEADER).rstrip("\n").split(",")
-        if there[: len(names)] != names:
-            reason = "it exists already and does not begin as what would be written"
-            raise RefusalError(f"{reason}: give another name, or remove it first", file)
+        _check_csv(file, [f"{name} [{units[name]}]" if name in units else name for name in plan.columns])
 
 
 _COMPARED = {

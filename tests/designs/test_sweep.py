@@ -431,6 +431,25 @@ def test_an_interrupted_table_goes_on_from_what_is_beside_it(rotors, whole, tmp_
         assert file.read_text() == (tmp_path / "whole.csv").read_text()
 
 
+@pytest.mark.parametrize("ending", ["npz", "csv", "parquet"])
+def test_a_sweep_that_is_interrupted_before_its_first_design_goes_on(rotors, tmp_path, monkeypatch, ending):
+    if ending == "parquet":
+        extra("pyarrow")
+    scene, columns = rotors
+    file, one = tmp_path / f"rotor.{ending}", {EPS: columns[EPS][:40]}
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(designs, "sized", interrupted)
+        assert flywheel.sweep(scene, one, file=file).missing == 40
+    found = flywheel.sweep(scene, one, file=file)
+    assert found.missing == 0
+    assert not [told for told in found.messages if "cannot be written" in told]
+    assert [each.name for each in tmp_path.iterdir()] == [file.name]
+
+
 @pytest.mark.slow
 def test_a_sweep_whose_process_is_killed_goes_on_with_nothing_lost_or_sized_twice(rotors, whole, tmp_path, monkeypatch):
     """Killed in the middle, after some chunks, one of whose reasons was cut short."""
