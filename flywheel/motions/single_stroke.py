@@ -682,9 +682,9 @@ def _sized(
         except SceneError:
             inertia = smallest(name, scale, _COARSEST, _ROUGHLY, _WIDER)
         try:
-            guess = runs.get((inertia, _COARSEST))
+            run = runs.get((inertia, _COARSEST))
             alone[name] = (
-                inertia and beside(name, Strokes(scene, inertia, tolerance, strokes), closest, guess and guess[1]).inertia
+                inertia and beside(name, Strokes(scene, inertia, tolerance, strokes), closest, run and run[1]).inertia
             )
         except SceneError:
             alone[name] = smallest(name, inertia, tolerance, closest, 1.0 + _WIDER * _ROUGHLY)

@@ -485,7 +485,7 @@ def test_11_14_a_clutch_takes_a_shaft_along() -> None:
     speed, driven = case["N_rpm"] * RPM, case["m2_kg"] * case["k2_m"] ** 2
     wheel, torque = case["m1_kg"] * case["k1_m"] ** 2, case["P_W"] / speed
     joined = press_work.engage(wheel, speed, driven, torque=torque)
-    agree("bhandari-11.14", t_s=joined.time, E_J=joined.heat)
+    agree("bhandari-11.14", t_s=joined.time or 0.0, E_J=joined.heat)
     scene = {
         "shafts": {"wheel": {"ratio": 1, "clutch": {"torque": torque, "disengage": "300 deg"}}},
         "inertia": [{"on": "crank", "value": driven}],
