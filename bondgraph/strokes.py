@@ -34,8 +34,10 @@ COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
-_MOST_PATHS = 1000
-_MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
+_MOST_PATHS, _MOST_TRIALS = (
+    1000,
+    20,
+)  # zero-order causal paths; steps per bond before the search for an assignment without conflict gives up
 
 
 class Signal(NamedTuple):
@@ -175,8 +177,7 @@ def zero_order_paths(graph: BondGraph) -> tuple[Path, ...]:
     for circle in assignment.loops:
         inside = {v: [n for n in relations[v] if n.bond in circle.bonds] for v in relations if v.bond in circle.bonds}
         for start in inside:
-            work = [(start, iter(inside[start]))]
-            walk = [start]
+            work, walk = [(start, iter(inside[start]))], [start]
             while work:
                 for other in work[-1][1]:
                     if other == start:
@@ -311,7 +312,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
         end = source.name if source.kind == "Sf" else bond.other(source.name)
         fixed.append((bond, _Mark(end, "source", source.name)))
     fixed += [(bond, _Mark(end, "chosen", "")) for bond, end in _cancelling(graph)]
-    draft = _extended(_Assignment(graph, {}, _rings(graph), frozenset()), fixed, list(graph.elements))
+    draft = _extended(_Assignment(graph, {}, dict(_rings(graph)), frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
         trial = _store(draft, preferences, name)
         free = graph.bond_of(name).number not in draft.marks
@@ -336,20 +337,18 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     )
 
 
-def _rings(graph: BondGraph) -> dict[str, str]:
+def _rings(graph: BondGraph) -> Iterator[tuple[str, str]]:
     """A line for each bond that closes a ring of equal junctions, round which an effort (flow) of any size may go."""
-    kind, joined, faults = {e.name: e.kind for e in graph.of_kind(*JUNCTIONS)}, list[Bond](), dict[str, str]()
-    for bond in graph.bonds:
-        if kind.get(bond.tail) != kind.get(bond.head) or bond.tail not in kind:
-            continue
-        one = representatives(kind, [b[1:] for b in joined])
+    kind = {e.name: e.kind for e in graph.of_kind(*JUNCTIONS)}
+    joined = [b for b in graph.bonds if kind.get(b.tail) == kind.get(b.head) is not None]
+    for k, bond in enumerate(joined):
+        one = representatives(kind, [b[1:] for b in joined[:k]])
         if one[bond.tail] == one[bond.head]:
             ends, free = f"{graph.title(bond.tail)} and {graph.title(bond.head)}", _WORDS[OTHER[COMMON[kind[bond.tail]]]]
-            faults[f"bond {bond.number}"] = (
+            what = (
                 f"bond {bond.number} joins {ends}, which other bonds join already: nothing determines its {free}; remove it"
             )
-        joined.append(bond)
-    return faults
+            yield f"bond {bond.number}", what
 
 
 def _cancelling(graph: BondGraph) -> Iterator[tuple[Bond, str]]:
@@ -383,7 +382,6 @@ def _preferences(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str,
             faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
     refuse(faults)
     preferences = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | preferred
-
     behind = _behind(graph)
     return {
         name: preferences[name]
@@ -434,6 +432,9 @@ class _Assignment(NamedTuple):
     def strokes(self) -> dict[int, str]:
         """The stroke's end of every bond that has one so far."""
         return {number: mark.end for number, mark in self.marks.items()}
+
+
+_Trial = Callable[[], _Assignment]
 
 
 def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _Mark]], todo: Sequence[str] = ()) -> _Assignment:
@@ -503,9 +504,6 @@ def _completed(draft: _Assignment, preferences: Mapping[str, str]) -> _Assignmen
     while trials := _trials(draft, preferences):
         draft = min((trial() for trial in trials), key=lambda trial: len(trial.conflicts))
     return draft
-
-
-_Trial = Callable[[], _Assignment]
 
 
 def _trials(draft: _Assignment, preferences: Mapping[str, str]) -> list[_Trial]:
@@ -786,12 +784,8 @@ def _equation(graph: BondGraph, assigned: Causality, relations: Inputs, bond: Bo
     symbol = _symbol(graph, name)
     if kind in SOURCES:
         if isinstance(law, Law) and law.moving:  # it may depend on flows and time besides
-            driving = Summand(Signal("f", graph.at(law.motion.of)[0].number))
-            also: dict[str, str | Summand] = {
-                "speed": driving,
-                "flow": Summand(Signal("f", bond.number)),
-                "time": TIME,
-            }
+            driving, own = (Summand(Signal("f", number)) for number in (graph.at(law.motion.of)[0].number, bond.number))
+            also: dict[str, str | Summand] = {"speed": driving, "flow": own, "time": TIME}
             symbol = symbol._replace(arguments=(*symbol.arguments, *(also[name] for name in law.sees)))
         terms = [Summand(None, symbol)]
     elif kind in STORES:  # from its state, or its state's rate of change
@@ -811,9 +805,8 @@ def _equation(graph: BondGraph, assigned: Causality, relations: Inputs, bond: Bo
         else:
             terms = [Summand(None, _symbol(graph, name, Summand(needs[0], positive=inward)))]
     elif kind not in JUNCTIONS:
-        terms = [
-            Summand(needs[0], symbol, divided=letter == "f" if kind == "GY" else (letter == "f") == (bond.head == name))
-        ]
+        divided = (letter == "f") == (kind == "GY" or bond.head == name)
+        terms = [Summand(needs[0], symbol, divided=divided)]
     elif letter == COMMON[kind]:
         terms = [Summand(need) for need in needs]
     else:
@@ -884,6 +877,9 @@ _GREEK = (
     "Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Upsilon|Phi|Psi|Omega"
 )
 _LETTER = re.compile(rf"([A-Za-z]|{_GREEK})_?([0-9]*)")
+_ESCAPES = {character: f"\\{character}" for character in "&%$#_{}"}
+_ESCAPES |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_ESCAPES |= {"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}"}
 
 
 def _latex_name(name: str) -> str:
@@ -897,11 +893,6 @@ def _latex_name(name: str) -> str:
         return rf"\mbox{{{_escaped(name)}}}"
     letter = match[1] if len(match[1]) == 1 else rf"\{match[1]}"
     return letter + (f"_{{{match[2]}}}" if match[2] else "")
-
-
-_ESCAPES = {character: f"\\{character}" for character in "&%$#_{}"}
-_ESCAPES |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-_ESCAPES |= {"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}"}
 
 
 def _escaped(text: str) -> str:
