@@ -34,10 +34,7 @@ COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
-_MOST_PATHS, _MOST_TRIALS = (
-    1000,
-    20,
-)  # zero-order causal paths; steps per bond before the search for an assignment without conflict gives up
+_MOST_PATHS, _MOST_TRIALS = 1000, 20  # zero-order causal paths; steps per bond before the search for strokes gives up
 
 
 class Signal(NamedTuple):
