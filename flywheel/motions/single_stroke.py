@@ -675,8 +675,10 @@ def _sized(
                 closer = beside(name, start, closest, near.phases, _at_its_rate(start, near))
                 alone[name] = closer.inertia
                 continue
-            known = filter(None, runs.values())
-            first = min(known, key=lambda run: abs(_limited(*run, [name])[name] / demands[name] - 1.0), default=None)
+            known = [run for run in runs.values() if run is not None]
+            first = min(
+                known, key=lambda run: abs(_limited(run[0], run[1], [name])[name] / demands[name] - 1.0), default=None
+            )
             inertia, guess = (_WIDER * scale, None) if first is None else (first[0].inertia, first[1]._replace(slopes=None))
             inertia = beside(name, Strokes(scene, inertia, _COARSEST, strokes), _ROUGHLY, guess).inertia
         except SceneError:
