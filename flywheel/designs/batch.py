@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import MOMENT_ROUNDING, SHIFT
+from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -221,7 +221,7 @@ def _by_angles(values: Array, phi: Array) -> Array:
     inside *= inside
     between *= phi[0, 1:]
     squares = inside.sum(axis=(1, 2)) + (between * between).sum(axis=1)
-    return np.asarray(2 * ROUNDING * np.sqrt(squares) + SHIFT * swings)
+    return np.asarray(BY_ANGLES * np.sqrt(squares) + SHIFT * swings)
 
 
 def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array]:

@@ -27,7 +27,7 @@ from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Pieces, Sums
 from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
-from flywheel.regime.turning_moment import INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT
+from flywheel.regime.turning_moment import BY_ANGLES, INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT
 
 LANES = 16
 _L = LANES
@@ -474,8 +474,8 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
         out[_EXCHANGED, i] = c[_SIZE + i]
-        angle = 2 * _EPS * math.sqrt(c[_SHIFTED + i]) + SHIFT * c[_SWING + i]
-        turn = 2 * _EPS * math.sqrt(c[_SHIFTED + _L + i]) + SHIFT * c[_SWING + _L + i]
+        angle = BY_ANGLES * math.sqrt(c[_SHIFTED + i]) + SHIFT * c[_SWING + i]
+        turn = BY_ANGLES * math.sqrt(c[_SHIFTED + _L + i]) + SHIFT * c[_SWING + _L + i]
         out[_WORK_ERROR, i] *= c[_CUT + i] + MOMENT_ROUNDING * c[_SIZE + i] + angle
         out[_VARIATION, i] = c[_CUT + _L + i] + MOMENT_ROUNDING * c[_SIZE + _L + i] + turn
         out[_INERTIA_ERROR, i] = c[_WORST + i]

@@ -29,7 +29,7 @@ _NOTHING = finer(14)  # of a function's greatest value
 _STILL = finer(14)  # rad: kinks, where moments do not jump, matter as the square of where they are put
 _EVEN = 1e-10  # of s: what varies less varies by rounding
 _WANDERING, _WANDER = 12, 1e-7  # steps in turn that are this small, of the range of s: they come to nothing
-_FINE, _MOST = finer(18), 3000  # of the swing: what is left on a panel; panels that are refined no more
+_FINE, _MOST = finer(18), 8000  # of the swing: what is left on a panel; panels that are refined no more
 
 
 class NoMotionError(ValueError):
