@@ -755,7 +755,7 @@ def _polynomial(series: Any, degree: int) -> Any:
 
 
 def defects(cells: Sequence[Place], start: Any, order: int, error: float) -> list[Any]:
-    """What polynomials of a solution miss of its equation, integrated over each cell: where cells are too wide for them.
+    """The integrals over each cell of |dp/dphi - F(phi, p)| for polynomials p of a solution: large where a cell is too wide.
 
     Args:
         cells: of the cycle, one after another.

@@ -131,10 +131,10 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
         square = 1.0 + tilt * tilt
         if not magnetizing < 1:
             raise SceneError([_idle_fault(plate, current, "below the rated current")])
-        active = (np.sqrt(square - magnetizing**2) - tilt * magnetizing) / square
+        active = ((square - magnetizing**2) ** 0.5 - tilt * magnetizing) / square
         return LineCurrent(active, 0.0, magnetizing, magnetizing, current, efficiency, idle is not None)
     active = cosine * (1.0 if efficiency is None else efficiency / (1.0 - rated_slip))
-    losses, behind = cosine - active, np.sqrt((1.0 - cosine) * (1.0 + cosine))
+    losses, behind = cosine - active, ((1.0 - cosine) * (1.0 + cosine)) ** 0.5
     magnetizing = behind - tilt * active
     if magnetizing < 0:
         highest = math.cos(math.atan(tilt * active / cosine))
@@ -148,7 +148,7 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     if not losses < idle < 1:
         expected = f"between {losses * current:.4g} A, the current of the losses, and the rated current"
         raise SceneError([_idle_fault(plate, current, expected)])
-    return LineCurrent(active, losses, magnetizing, np.sqrt((idle - losses) * (idle + losses)), current, efficiency, True)
+    return LineCurrent(active, losses, magnetizing, ((idle - losses) * (idle + losses)) ** 0.5, current, efficiency, True)
 
 
 def _idle_fault(plate: Plate, current: float | None, expected: str, advice: str = "") -> Fault:
@@ -307,7 +307,7 @@ class Induction(Motor):
     def own_breakdown_slip(self) -> float:
         """Breakdown slip without added resistance."""
         ratio = self.breakdown_ratio
-        slip: float = self.rated_slip * (ratio + np.sqrt((ratio - 1) * (ratio + 1)))
+        slip: float = self.rated_slip * (ratio + ((ratio - 1) * (ratio + 1)) ** 0.5)
         return slip
 
     @property

@@ -96,7 +96,7 @@ def damper_slope(greatest: float | None, slip_speed: float) -> float:
     """
     if greatest is None:
         return 1.0 / slip_speed
-    slope: float = 2.0 * greatest / (greatest + np.sqrt((greatest - 1.0) * (greatest + 1.0))) / slip_speed
+    slope: float = 2.0 * greatest / (greatest + ((greatest - 1.0) * (greatest + 1.0)) ** 0.5) / slip_speed
     return slope
 
 
