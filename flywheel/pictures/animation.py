@@ -30,7 +30,7 @@ from flywheel.pictures.mechanisms import (
     moved,
     tallest,
 )
-from flywheel.pictures.sketch import View, placed
+from flywheel.pictures.sketch import Shape, View, placed
 from flywheel.regime import turning_moment
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
@@ -132,13 +132,13 @@ _COLOURS = 255
 
 
 class Stage(NamedTuple):
-    """A figure ready to be moved: the artists of its bodies, the marker on the curve, the text with time and position.
+    """A figure ready to be moved: the shapes of its bodies, the marker on the curve, the text with time and position.
 
-    Each artist comes with its outline (2, m, frames) in the units of the axes.
+    Each shape comes with its artist, and its outline (2, m, frames) in the units of the axes.
     """
 
     figure: Figure
-    bodies: tuple[tuple[Artist, Array], ...]
+    bodies: tuple[tuple[Shape, Artist, Array], ...]
     marker: Line2D
     clock: Any
     times: Array
@@ -197,13 +197,13 @@ def stage(scene: Scene, frames: int) -> Stage:
     panels = left.subplots(rows, columns, squeeze=False).ravel()
     for panel in panels[len(views) :]:
         panel.set_axis_off()
-    bodies = list[tuple[Artist, Array]]()
+    bodies = list[tuple[Shape, Artist, Array]]()
     for panel, view, box in zip(panels, views, boxes, strict=False):
         poses = view.poses(q)
         draw_axes_and_paths(panel, view, box, view.mechanism.name)
         for shape, artist in draw_bodies(panel, view, poses, box):
             artist.set_animated(True)
-            bodies.append((artist, factor(box)[0] * placed(shape, poses)))
+            bodies.append((shape, artist, factor(box)[0] * placed(shape, poses)))
     named = dict.fromkeys(pair for view in views for pair in list(colours(view).items())[1:])
     handles = [Patch(color=colour, label=body) for body, colour in named]
     left.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=8.5)
@@ -228,7 +228,7 @@ def _on_axis(q: Any, sliding: bool) -> Array:
 
 def show(made: Stage, k: int, scene: Scene) -> None:
     """Moves everything to its place at frame k."""
-    for artist, outline in made.bodies:
+    for _, artist, outline in made.bodies:
         moved(artist, outline[:, :, k])
     sliding = scene.sliding
     made.marker.set_data(_on_axis(made.q[k : k + 1], sliding), made.values[k : k + 1])
@@ -249,7 +249,7 @@ def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
     for k in range(made.q.size):
         picture.restore_region(still)  # type: ignore[no-untyped-call]
         show(made, k, scene)
-        for artist, _ in made.bodies:
+        for _, artist, _ in made.bodies:
             artist.draw(renderer)
         made.marker.draw(renderer)
         made.clock.draw(renderer)

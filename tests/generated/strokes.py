@@ -237,10 +237,10 @@ def tried_strokes(seed: int) -> list[Verdict]:
         for name in ("inverter_current", "power_returned"):
             true.pop(name, None)
     else:
-        tripped = ["overcurrent"] * (true["inverter_current"] > motor.inverter.overcurrent)
+        tripped = ["overcurrent"] * bool(true["inverter_current"] > motor.inverter.overcurrent)
         returned = true["power_returned"]
-        tripped += ["overvoltage"] * (motor.inverter.braking == "none" and returned > 1e-9 * motor.rated.power)
-        tripped += ["chopper_power"] * (motor.inverter.braking == "resistor" and returned > motor.inverter.chopper_power)
+        tripped += ["overvoltage"] * bool(motor.inverter.braking == "none" and returned > 1e-9 * motor.rated.power)
+        tripped += ["chopper_power"] * bool(motor.inverter.braking == "resistor" and returned > motor.inverter.chopper_power)
         if tripped != [trip.kind for trip in found.trips]:
             lines.append(f"trips {[trip.kind for trip in found.trips]}, beside {tripped}")
     for name, right in true.items():

@@ -205,7 +205,7 @@ def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
     for k in (0, 3, 7):
         animation.show(stage, k, scene)
         poses = view.poses([stage.q[k]])
-        for shape, (artist, _) in zip(view.sketch.shapes, stage.bodies, strict=True):
+        for shape, artist, _ in stage.bodies:
             if shape.kind == "pin" and isinstance(artist, Polygon):
                 centre = artist.get_xy()[:-1].mean(axis=0)
                 np.testing.assert_allclose(centre, 1000 * poses.point(*shape.at).value[:, 0], atol=2.0)
