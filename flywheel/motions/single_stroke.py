@@ -365,7 +365,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     error: dict[str, Any] = _off(tight.figures, loose.figures)
     error |= {"shares": _off(tight.shares, loose.shares), "energy": _off(tight.energy, loose.energy)}
     if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
-        coarse = temperature(strokes, driving_sides(strokes, tight.phases), 2)
+        coarse = temperature(strokes, driving_sides(strokes, tight.phases), 5)
         error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
     if tight.figures["keeps_up"] is not None:
         error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
