@@ -579,11 +579,11 @@ def recorded(
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
 
     fixed: paths whose numbers designs of the structure have in common. zeros: True includes the functions whose zeros the
-    edges follow.
+    edges follow, and admits what has no effect on the motion with one flywheel: limits, and a wheel to be chosen.
 
     Raises:
         SceneError: if the scene with these values is at fault.
-        LostError: if the numbers at these paths cannot be recorded.
+        UnrecordableError: if the numbers at these paths cannot be recorded.
         UnrecordedError: if the machine cannot be followed with any recorded numbers.
 
     """

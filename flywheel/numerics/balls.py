@@ -330,10 +330,11 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
 
 
 def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -> list[Model]:
-    """Models of functions on both halves of a cell."""
-    ends = ((cell.low, cell.middle), (cell.middle, cell.high))
-    found = [_model(functions, low, high, order) for low, high in ends]
-    return [each for each in found if each is not None]
+    """Models of functions on both halves of a cell; an UnprovenError where one has none."""
+    models = [_model(functions, *ends, order) for ends in ((cell.low, cell.middle), (cell.middle, cell.high))]
+    if None in models:  # a cell left out would be a gap in the motion
+        raise UnprovenError(f"a function that is not smooth at {float(cell.middle):.6g} rad")
+    return [each for each in models if each is not None]
 
 
 def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int) -> Model | None:
@@ -347,10 +348,9 @@ def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
         return None
     polynomials = []
     for inner, outer in zip(centre, whole, strict=True):
-        given = [coefficient(inner, k) for k in range(order)] + [coefficient(outer, order)]
-        if not all(term.is_finite() for term in given):
+        polynomials.append(enclosing(inner, outer, order))
+        if not all(term.is_finite() for term in polynomials[-1].coeffs()):
             return None
-        polynomials.append(arb_poly(given))
     return Model(low, high, middle, tuple(polynomials))
 
 
@@ -738,7 +738,7 @@ def _followed(cells: Sequence[Place], start: Any, order: int, error: float) -> t
         low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
         own, change = arb_poly([value]), arb("inf")
         for _ in range(_MOST_PICARD):
-            rate, steep = cell.inner(arb_series(own.coeffs(), order + 1))
+            rate, steep = cell.inner(series(own, order))
             rising = _polynomial(rate, order - 1).integral()
             polynomial = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
             last, change, own = change, (polynomial - own)(arb(0, high.abs_upper())).abs_upper(), polynomial
@@ -772,8 +772,8 @@ def defects(cells: Sequence[Place], start: Any, order: int, error: float) -> lis
 
 def _missed(cell: Place, own: Any, order: int) -> Any:
     """The greatest |dp/dphi - F(phi, p)| in a cell."""
-    rate = cell.inner(arb_series(own.coeffs(), order + 1))[0]
-    cut = coefficient(cell.whole(arb_series(own(arb_poly([cell.span, 1])).coeffs(), order + 1))[0], order)
+    rate = cell.inner(series(own, order))[0]
+    cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
     missed = abs((own.derivative() - _polynomial(rate, order - 1))(cell.span)) + abs(cut) * cell.span.abs_upper() ** order
     return missed.abs_upper()
 

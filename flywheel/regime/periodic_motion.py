@@ -675,9 +675,8 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     moments, state, eps, square = solved.moments, solved.state, solved.irregularity, solved.speed**2
     left = np.abs(cells.integral(solved.rate.moment, moments.mesh.half).sum(axis=-1))  # net work that the iteration leaves
     kept = kept_work(solved, errors.work + left, errors.by_cell[0])
-    # energies are closed round the cycle, to their digits: 3.5 deviations of two roundings a cell
-    rounded = (2 * moments.mesh.half.shape[-2]) ** 0.5 * ROUNDING
-    closing = kept + rounded * np.abs(state.edges[..., 0]).max(axis=-1)
+    # energies are closed round the cycle, to their digits
+    closing = kept + 2 * ROUNDING * np.abs(state.edges[..., 0]).max(axis=-1)
     balanced = moments.machine.scene.unknown is not None
     free = moments.machine.sets_its_speed and not balanced
     energy, of_states = square * np.maximum(start, 1e-300), []
@@ -717,12 +716,11 @@ def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     solved, run = motion.solved, motion.run
     least = float(solved.lightest)
     level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0
-    varying = 2.0 * work / (solved.speed**2 * least)
-    off = 2.0 * varying / max(run.irregularity, 1e-300)
+    off = 4.0 * work / (solved.speed**2 * least) / max(run.irregularity, 1e-300)
     bound = 0.0 if solved.sensitivity is None else solved.sensitivity.by_work * work
     return motion._replace(
         run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level),
-        level_error=motion.level_error + (level + varying if motion.level_error > 0.0 else 0.0),
+        level_error=motion.level_error + level,
         inertia_bound=motion.inertia_bound + bound,
     )
 

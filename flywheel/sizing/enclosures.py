@@ -259,7 +259,10 @@ class _Law(NamedTuple):
         return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
 
     def _moments(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any]]:
-        """domega/dE; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each."""
+        """domega/dE; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each.
+
+        Of a single stage, I* and its slope are not among the rows: nothing is lost there.
+        """
         total = self.inertia + wheel
         speed = (2 * energy / total).sqrt()
         rows = self.late(*self.known, speed, unknown)

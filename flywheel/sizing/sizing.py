@@ -258,7 +258,8 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         return proven(scene, Motion(run.inertia, unknown, start, run.irregularity))
     passed = moments_on(regime.machine, mesh.edges).transmitted(np.reshape(omega, mesh.phi.shape), unknown, run.inertia)
     outwards = [tuple(row) for row in np.array([each[:, MIDDLE] > 0.0 for each in passed]).T.tolist()]
-    sides = ((low, own) for low, own, before in zip(mesh.edges.tolist(), outwards, [(), *outwards]) if own != before)  # noqa: B905
+    beginnings = zip(mesh.edges[:-1].tolist(), outwards, [(), *outwards[:-1]], strict=True)
+    sides = ((low, own) for low, own, before in beginnings if own != before)
     return proven(scene, Motion(run.inertia, unknown, start, run.irregularity, tuple(sides)))
 
 
