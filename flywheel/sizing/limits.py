@@ -230,7 +230,7 @@ class Search:
             if not points[0].motions:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
             if points[-1].existence is Existence.NONE and not self.swings:
-                return [FlywheelPoint(0.0, Existence.NONE), *points[::-1]]
+                break
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
             light.append((yield inertias.pop(), _COARSE))
