@@ -160,9 +160,7 @@ class Moments:
     do not end at switches yet, at every node (`local`). `swings` is true if a motor's own states may swing with the speed.
     """
 
-    _directions: tuple[
-        Array, ...
-    ] = ()  # K of every part for the last directions of power in the meshes: often the next, too
+    _directions: tuple[Array, ...] = ()  # K of every part for the last directions of power in the meshes: often the next
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
@@ -253,9 +251,7 @@ class Moments:
 
     def _moment(self, part: _Part, omega: Array, unknown: Any, states: States) -> Array:
         """M* of a part at constant crank speeds (rad/s), as in `_acting`, without its slopes."""
-        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
-        for effort, factor in self._moving(part, omega):
-            moment = moment + effort + unknown * factor
+        moment = at_speeds(part, self._moving(part, omega), omega, unknown)[0]
         if self.circuit is not None and part.stage.drives and len(states):
             moment = moment + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states)
         return np.asarray(moment)
