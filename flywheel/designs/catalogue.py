@@ -25,7 +25,7 @@ import numpy as np
 
 from flywheel.components.motors import Motor
 from flywheel.components.motors.starting import as_started
-from flywheel.designs.figures import each_of, with_earlier_marks
+from flywheel.designs.figures import each_of
 from flywheel.machine.dynamics import dynamics_of
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import Transient
@@ -416,7 +416,7 @@ def _start_of(scene: Scene, row: CatalogueMotor) -> dict[str, Any]:
 def _choice(scene: Scene, crank: float | None, terms: Terms, rtol: float | None, row: CatalogueMotor) -> MotorChoice:
     """Result for a machine with a motor of the table."""
     try:
-        machine = with_earlier_marks(Machine(with_motor(scene, row, crank)))
+        machine = Machine(with_motor(scene, row, crank))
     except SceneError as error:
         return MotorChoice(row, False, "; ".join(map(str, error.faults[:2])))
     choice = MotorChoice(row, None, ratio=_ratio(machine.scene))
@@ -652,7 +652,7 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
         phase if phase.scene is None else phase._replace(scene=replace(phase.scene, limits=limits)) for phase in scene.duty
     )
     limited = replace(scene, limits=limits, duty=duty)
-    return size(limited if duty else with_earlier_marks(Machine(limited)), rtol, simulate=False)
+    return size(limited, rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:

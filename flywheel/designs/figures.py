@@ -24,7 +24,6 @@ from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
 from flywheel.designs import motions
-from flywheel.machine.machine import Machine
 from flywheel.machine.programs import Structure, Structures
 from flywheel.numerics.cells import Index
 from flywheel.numerics.expressions import Expression
@@ -98,7 +97,6 @@ _MACHINE_CODE_CELLS = 24_000  # of one for machine code, which keeps little of i
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _PORTION = 16_384  # designs at once: where the user interrupts, those of the portions before are kept
 _DESIGNS_WITHOUT_BAR = 16  # designs that are finished before a bar could be read
-_KEPT_MACHINES = 64  # machines of which they are kept
 
 
 class Batch(NamedTuple):
@@ -160,7 +158,6 @@ def sized(
     return batch._replace(interrupted=alone.interrupted)
 
 
-_marks: dict[bytes, tuple[Array, Array]] = {}  # breakpoints and landmarks of the last machines, by what they follow from
 _recent: list[tuple[Scene, Structures]] = []
 
 
@@ -290,8 +287,7 @@ def one_by_one(
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
-                machine = with_earlier_marks(Machine(design)) if design.depends_on_speed else design
-                sizing_figures = figures_of(size(machine, rtol, accuracy="normal"))
+                sizing_figures = figures_of(size(design, rtol, accuracy="normal"))
             except SceneError as error:
                 batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             except KeyboardInterrupt:
@@ -302,22 +298,6 @@ def one_by_one(
                     batch.values[name][k], batch.errors[name][k] = value, error_of
             advance(1)
     return batch
-
-
-@np.errstate(all="ignore")
-def with_earlier_marks(machine: Machine) -> Machine:
-    """Gives a machine the breakpoints and landmarks of an earlier one with the same breaks; else its own are kept.
-
-    Finding them takes longer than the motion if laws are long, and the drive does not change them.
-    """
-    with suppress(SceneError, ArithmeticError):  # `size` says what is wrong with it
-        key = machine.breaks
-        if key not in _marks:
-            if len(_marks) >= _KEPT_MACHINES:
-                _marks.pop(next(iter(_marks)))
-            _marks[key] = machine.breakpoints, machine.landmarks
-        machine.breakpoints, machine.landmarks = _marks[key]
-    return machine
 
 
 @contextmanager

@@ -7,6 +7,7 @@ need it.
 
 from __future__ import annotations
 
+import hashlib
 import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
@@ -14,7 +15,7 @@ from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import count
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ from flywheel.numerics.switching import (
     resolved,
     roots_in_pieces,
 )
-from flywheel.scene.scene import TURN, Mechanism, Scene
+from flywheel.scene.scene import TURN, Mechanism, Scene, Table
 
 if TYPE_CHECKING:
     from flywheel.components.motors.motor import Circuit
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 __all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage", "merged"]
 
 Array = NDArray[np.float64]
+Angles = TypeVar("Angles")
 
 DRIVE = "drive."  # how the names of the drive's elements begin
 FLYWHEEL = "the flywheel"  # whose part its inertia is
@@ -62,7 +64,10 @@ WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes 
 _END = 1e-12  # of a cycle: tolerance of an angle at its ends
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
+_KEPT_MACHINES = 128  # and mechanisms, of which the angles are kept at which they break
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are searched for; a stroke without a dwell takes 32
+
+_marks: dict[bytes, dict[str, Any]] = {}  # breakpoints, landmarks and senses of the last machines, by their `breaks`
 
 
 class Stage(NamedTuple):
@@ -133,7 +138,7 @@ class Machine:
         self._motions = {m.name: self._motion(m) for m in scene.mechanisms}
         self._crank_motion = Motion(scene.reduction_element)
         self.places = dict(self._places())
-        senses = cache(self._senses)
+        senses = cache(lambda place: self._mark(place, partial(self._senses, place), of_loads=False))
         loads = (*scene.loads, *([] if scene.drive is None else [scene.drive]))
         self.efforts = tuple(
             Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
@@ -346,6 +351,9 @@ class Machine:
     @cached_property
     def breakpoints(self) -> Array:
         """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
+        return self._mark("breakpoints", self._all_breakpoints)
+
+    def _all_breakpoints(self) -> Array:
         edges = self._unswitched
         return merged([*edges, *(angle for _, angle in self._switch_angles(edges))], self.scene.cycle)
 
@@ -369,6 +377,9 @@ class Machine:
         taken at the machine's typical one. An expression that is infinite at the end of a cell is refused; one that is not
         defined there is not.
         """
+        return self._mark("landmarks", self._all_landmarks)
+
+    def _all_landmarks(self) -> Array:
         edges = self.breakpoints
         for effort in self.efforts:
             law, lo, hi = effort.load.law, edges[:-1], edges[1:]
@@ -395,22 +406,39 @@ class Machine:
             edges = np.array(sorted({*edges.tolist(), *splits.tolist()}))
         return edges
 
-    @property
-    def breaks(self) -> bytes:
-        """The data of breakpoints and landmarks as bytes: machines with equal bytes have equal ones."""
+    def _mark(self, name: str, solved: Callable[[], Angles], *, of_loads: bool = True) -> Angles:
+        """Angles of the machine, from an earlier one that breaks alike: most numbers leave them as they are."""
+        marks = _marks.setdefault(self.breaks if of_loads else self._geometry, {})
+        if name not in marks:
+            marks[name] = solved()
+        if len(_marks) > _KEPT_MACHINES:
+            _marks.pop(next(iter(_marks)), None)
+        angles: Angles = marks[name]
+        return angles
+
+    @cached_property
+    def _geometry(self) -> bytes:
+        """A digest of what decides where places reverse: the mechanisms, with the parameters that their laws read."""
         scene = self.scene
         parts: list[Any] = [scene.mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
+        laws = [output.law for mechanism in scene.mechanisms for output in mechanism.outputs]
+        named = frozenset[str]().union(*(law.names for law in laws if isinstance(law, Expression)))
+        parts += sorted((name, value) for name, value in scene.parameters.items() if name in named)
+        return hashlib.sha256(pickle.dumps(parts)).digest()
+
+    @cached_property
+    def breaks(self) -> bytes:
+        """A digest of what decides breakpoints and landmarks: machines with equal ones have equal ones."""
+        parts: list[Any] = [self._geometry, self.friction]
         for effort in self.efforts:
             law = effort.load.law
-            if not isinstance(law, Expression):
-                parts.append(effort.load)
-            elif not POSITION & law.names:
-                parts += [effort.load._replace(law=None, model=""), self._infinite(effort)]
-            else:
+            parts.append(effort.load if isinstance(law, Table) else effort.load._replace(law=None, model="", factor=1.0))
+            if isinstance(law, Expression) and POSITION & law.names:
                 used = sorted((name, value) for name, value in effort.constants.items() if name in law.names)
-                speed = self.typical_speed if effort.uses_speed else None
-                parts += [effort.load._replace(law=None, model=""), law.tree, used, speed]
-        return pickle.dumps(parts)
+                parts += [law.tree, used, self.typical_speed if effort.uses_speed else None]
+            elif isinstance(law, Expression):
+                parts.append(self._infinite(effort))
+        return hashlib.sha256(pickle.dumps(parts)).digest()
 
     def _infinite(self, effort: Effort) -> bool:
         """Tests whether a law that reads no position is infinite at the machine's typical speed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import mpmath
@@ -12,6 +13,7 @@ from numpy.testing import assert_allclose
 import flywheel
 from bondgraph import Modulus, Reduction
 from bondgraph.elements import Here
+from flywheel.designs import figures as designs
 from flywheel.machine.loads import Effort, Place, Senses, TableCurve, crank_angles
 from flywheel.machine.machine import dead_centres
 from flywheel.numerics.expressions import parse
@@ -187,6 +189,43 @@ def test_breakpoints_hold_windows_dead_centres_and_the_cycle():
     built = machine(scenes.shaper())
     lowest = np.degrees(np.arccos(-0.12 / 0.3)) * 2  # ram dead centres: the crank is square to the rocker
     assert_allclose(np.degrees(built.breakpoints), [0, lowest, 720 - lowest, 720], atol=1e-9)
+
+
+RISE = "0.02*(1 - cos(pi*phi/rise)) if phi < rise else 0.02*(1 + cos(pi*(phi - rise)/(2*pi - rise)))"
+RISING = {
+    "parameters": {"rise": 1},
+    "mechanism": {"type": "law", "outputs": {"slide": {"x": RISE, "mass": 20}}},
+    "load": [{"on": "slide", "force": -1000, "while": "v > 0"}],
+    "drive": {"motor": {"type": "line", "starting_torque": 300, "slope": 20}},
+    "flywheel": {"irregularity": 0.05},
+}
+
+
+@pytest.mark.parametrize("path", ["parameters.rise", "load.0.force", "drive.motor.slope"])
+def test_machines_that_break_alike_share_their_angles_and_no_others_do(path):
+    """A cam whose rise ends at a parameter: what the next machine takes from the last one is what it would find itself."""
+    scene, factors = flywheel.load(RISING), (1.0, 1.5, 2.0)
+    values = [
+        factor * {"parameters.rise": 1.0, "load.0.force": -1000.0, "drive.motor.slope": 20.0}[path] for factor in factors
+    ]
+    machines = [flywheel.Machine(scene.with_({path: number})) for number in values]
+    breaks = [machine.breakpoints for machine in machines]
+    assert all((number if path == "parameters.rise" else 1.0) in edges for number, edges in zip(values, breaks, strict=True))
+    assert all(edges is breaks[0] for edges in breaks) == (path != "parameters.rise")
+    swept = designs.one_by_one(scene, (path,), np.array([values]), range(3), 1e-10)
+    alone = [flywheel.size(flywheel.load(_at(path, number)), 1e-10, simulate=False).inertia for number in values]
+    assert_allclose(swept.values["exact"], alone, rtol=1e-12)
+
+
+def _at(path, number):
+    """The tables of `RISING` with another number, with a rise given in the formula itself."""
+    keys, tables = path.split("."), json.loads(json.dumps(RISING))
+    if path == "parameters.rise":
+        tables["mechanism"]["outputs"]["slide"]["x"] = RISE.replace("rise", repr(number))
+    else:
+        table = tables[keys[0]][0] if keys[0] == "load" else tables["drive"]["motor"]
+        table[keys[-1]] = number
+    return tables
 
 
 def test_loads_see_their_own_mechanisms_angle():
