@@ -73,6 +73,22 @@ def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
         _TALLY.reset(token)
 
 
+@contextmanager
+def uncounted() -> Iterator[None]:
+    """Counts nothing in the block: what is kept for later costs the same, whoever needs it first.
+
+    >>> with counted() as tally, uncounted():
+    ...     count(5)
+    >>> tally.evaluations
+    0
+    """
+    token = _TALLY.set(None)
+    try:
+        yield
+    finally:
+        _TALLY.reset(token)
+
+
 def count(positions: Any) -> None:
     """Counts positions, given as their number or as themselves: an array, a number, an interval of arrays."""
     tally = _TALLY.get()

@@ -180,9 +180,9 @@ class Reduction:
         return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance, steepness + steepness)
 
     @property
-    def moves(self) -> bool:
-        """True if some source depends on speed or time."""
-        return bool(self._moving)
+    def moving(self) -> tuple[str, ...]:
+        """The names of the sources that depend on speed or time."""
+        return tuple(element.name for element, _, _ in self._moving)
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
         """The positions phi, from which moments that depend on speed or time follow for any speeds."""
@@ -356,7 +356,7 @@ class Station:
     def _moving(self) -> list[tuple[Element, Law, int, float, Any, float, Here, Here]]:
         """The sources that depend on speed or time and act there: law, flow variable, sign, gain, rate of q, arguments."""
         sources = []
-        for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction.moves else ():
+        for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction._moving else ():
             law = element.law
             assert isinstance(law, Law)
             gain, rate = self._at.flows.gain[flow], self._at.rate(law.motion.of)

@@ -299,13 +299,11 @@ class Dynamics:
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """Values whose signs decide branches and that depend on speed or time, in the order of the loads."""
         phi, events = self._inside(phi)[0], list[Any]()
-        if not self.machine.switches_at_speeds:
-            return events
-        for stage in self.machine.stages:
-            places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time)
+        for stage, efforts in zip(self.machine.stages, self.machine.switching, strict=True):
+            places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time) if efforts else ()
             for element, here, there in places:
-                if not self._of_circuit(element.name):
-                    events += self._efforts[element.name].speed_switches(here, there)
+                if element.name in efforts and not self._of_circuit(element.name):
+                    events += efforts[element.name].speed_switches(here, there)
         return events
 
     def sides(
@@ -417,7 +415,7 @@ class Dynamics:
 
     def _moving(self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any) -> Iterator[tuple[str, Any]]:
         """Part and moment of the laws that depend on speed or on time."""
-        if stage.reduction.moves:
+        if stage.reduction.moving:
             for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
                 if not self._of_circuit(element.name):
                     yield element.part or element.name, effort + self.balance * factor
@@ -512,7 +510,7 @@ class Dynamics:
         for stage in self.machine.stages:
             station = stage.reduction.at(float(at[0]), anchor.phi)
             shares |= station.moments(self.balance, by_name=True)
-            moving = station.contributions(omega, time, anchor.omega, anchor.time) if stage.reduction.moves else []
+            moving = station.contributions(omega, time, anchor.omega, anchor.time) if stage.reduction.moving else []
             shares |= {element.name: effort + self.balance * factor for element, effort, factor in moving}
         efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
         pushing = {path: float(share) for path, share in shares.items() if path in self._efforts and sense * share > 0.0}

@@ -195,20 +195,23 @@ class Moments:
             return plain
         acceleration, _, factors = self._acceleration(acting, omega, inertia)
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
-
-        def loss(bare: Sequence[Array]) -> Array:
-            """Moment lost in the meshes by a change `bare` of every part's I' y - M, or of its inertia times y'."""
-            return np.asarray(lost(factors, balanced(inertias, bare, factors)[1]))
-
         moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
-        moment, _, exchanged = _with_mesh_losses(factors, acting, moved)
+        moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
+        # A change `bare` of every part's I' y - M + y' I alone also changes the acceleration: F by -sum (s k - 1) bare.
+        weight = np.asarray(sum(k * i for k, i in zip(factors, inertias, strict=True)))
+        share = np.asarray(sum(inertias)) / weight
+        shares = [share * k for k in factors]
+        by_speed, by_inertia = np.zeros_like(omega), np.zeros_like(omega)
+        for part, act, k in zip(self.parts, acting, shares, strict=True):
+            by_speed += k * act.by_speed - (k - 1.0) * (part.slope * omega)
+            if part.stage.carries_flywheel:
+                by_inertia -= (k - 1.0) * acceleration
         return Rate(
             moment=moment,
-            by_speed=plain.by_speed
-            - loss([part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]),
-            by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
-            by_inertia=-loss([acceleration * part.stage.carries_flywheel for part in self.parts]),
-            by_states=plain.by_states - loss([-act.by_states for act in acting]),
+            by_speed=by_speed,
+            by_unknown=share * by_unknown,
+            by_inertia=by_inertia,
+            by_states=np.asarray(sum(k * act.by_states for k, act in zip(shares, acting, strict=True))),
             exchanged=exchanged,
         )
 
@@ -373,14 +376,12 @@ class Moments:
 
     def switches(self, omega: Array) -> list[Array]:
         """Values on (cells, nodes) whose signs decide branches of laws and that depend on speed."""
-        if not self.machine.switches_at_speeds:
-            return []
-        by_path = {effort.path: effort for effort in self.machine.efforts}
         angles: list[Array] = []
-        for part in self.parts:
-            for element, here, anchor in part.station.places(omega, 0.0, self._deciding(omega), local=self.local):
-                if element.name in by_path:
-                    angles += [wide(switch, omega.shape) for switch in by_path[element.name].speed_switches(here, anchor)]
+        for part, efforts in zip(self.parts, self.machine.switching, strict=True):
+            places = part.station.places(omega, 0.0, self._deciding(omega), local=self.local) if efforts else ()
+            for element, here, anchor in places:
+                if element.name in efforts:
+                    angles += [wide(switch, omega.shape) for switch in efforts[element.name].speed_switches(here, anchor)]
         return angles
 
     def _deciding(self, values: Array) -> Array:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.graph import BondGraph, Builder
+from bondgraph.numerics import uncounted
 from bondgraph.reduction import Reduced, Reduction
 from flywheel.language import text as _
 from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, moving_switches, spring_effort
@@ -186,11 +187,18 @@ class Machine:
         machine.graph, machine.kept = machine._graph(), {}
         return machine
 
-    @cached_property
+    @property
     def switches_at_speeds(self) -> bool:
         """Tests whether some branch of a load depends on speed or time."""
-        laws = [effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time]
-        return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
+        return any(self.switching)
+
+    @cached_property
+    def switching(self) -> tuple[dict[str, Effort], ...]:
+        """The loads of every stage of which some branch depends on speed or time, by their paths."""
+        laws = {effort.path: effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time}
+        paths = [path for path, law in laws.items() if isinstance(law, Expression) and moving_switches(law)]
+        efforts = {effort.path: effort for effort in self.efforts if effort.path in paths}
+        return tuple({p: efforts[p] for p in stage.reduction.moving if p in efforts} for stage in self.stages)
 
     @cached_property
     def reduction(self) -> Reduction:
@@ -410,7 +418,8 @@ class Machine:
         """Angles of the machine, from an earlier one that breaks alike: most numbers leave them as they are."""
         marks = _marks.setdefault(self.breaks if of_loads else self._geometry, {})
         if name not in marks:
-            marks[name] = solved()
+            with uncounted():
+                marks[name] = solved()
         if len(_marks) > _KEPT_MACHINES:
             _marks.pop(next(iter(_marks)), None)
         angles: Angles = marks[name]

@@ -85,7 +85,7 @@ def load_at_rest(machine: Machine, phi: Array) -> Array:
     for stage in stages:
         station = stage.reduction.at(phi, anchor)
         still = sum(value for part, value in station.moments(0.0).items() if part != "drive")
-        laws = station.contributions(0.0, 0.0, onset, 0.0) if stage.reduction.moves else []
+        laws = station.contributions(0.0, 0.0, onset, 0.0) if stage.reduction.moving else []
         moving = sum(effort for element, effort, _ in laws if not element.name.startswith(DRIVE))
         needed.append(np.zeros(phi.shape) - still - moving)
     way = [next(k for k, stage in enumerate(stages) if stage.drives)]

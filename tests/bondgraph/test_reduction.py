@@ -275,8 +275,8 @@ def moving():
 
 def test_moving_sources_are_no_part_of_the_moment_of_positions():
     reduction = Reduction(moving(), "crank")
-    assert reduction.moves
-    assert not Reduction(chain(), "crank").moves
+    assert reduction.moving
+    assert not Reduction(chain(), "crank").moving
     reduced = reduction(PHI)
     assert_allclose(reduced.moment, 9.0)
     assert_allclose(reduced.per_unknown, 0.0)
@@ -349,7 +349,7 @@ def test_some_elements_alone():
     for name in ("inertia", "slope", "moment", "resistance"):
         both = getattr(only(PHI), name) + getattr(rest(PHI), name)
         assert_allclose(both, getattr(whole(PHI), name), rtol=1e-13, atol=1e-15)
-    assert not Reduction(graph, "crank", only={"m"}).moves
+    assert not Reduction(graph, "crank", only={"m"}).moving
 
 
 @pytest.mark.parametrize(
