@@ -658,8 +658,8 @@ class Program(NamedTuple):
 
     @property
     def plain(self) -> bool:
-        """True for arithmetic of numbers alone, without tables and calls: then there is machine code for it."""
-        return all(isinstance(value, float | int) for value in self.places)
+        """True for arithmetic and tables, without calls: then there is machine code for it."""
+        return not any(name == "call" for name, *_ in self.operations)
 
     def function(self, kind: Any = "numpy") -> Callable[..., tuple[Any, ...]]:
         """The program as a function of its inputs, in turn, that returns a tuple of its outputs.
@@ -698,18 +698,21 @@ class Program(NamedTuple):
     def split(self, late: int) -> tuple[Program, Program]:
         """The program in two: of all inputs but the last few, to be run once, and of what that gives and those last ones.
 
+        Where `late` is negative, the first few are the late ones.
+
         >>> program = Program(("a", "b", "c"), (2.0,), (("sin", 0), ("multiply", 4, 3), ("add", 5, 2)), (6, 5))
         >>> early, rest = program.split(1)
         >>> early.operations, early.outputs, rest.operations, rest.outputs
         ((('sin', 0), ('multiply', 3, 2)), (4,), (('add', 0, 1),), (2, 0))
         """
-        own, whole, first = len(self.inputs) - late, len(self.inputs), len(self.inputs) + len(self.places)
-        depends = [own <= n < whole for n in range(first)]
+        whole, first = len(self.inputs), len(self.inputs) + len(self.places)
+        own = range(-late, whole) if late < 0 else range(whole - late)
+        depends = [n < whole and n not in own for n in range(first)]
         for _, *operands in self.operations:
             depends.append(any(depends[n] for n in operands))
         used = (n for k, (_, *operands) in enumerate(self.operations) if depends[first + k] for n in operands)
         passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not whole <= n < first})
-        return self._between(range(own), passed), self._between([*passed, *range(own, whole)], self.outputs)
+        return self._between(own, passed), self._between([*passed, *(n for n in range(whole) if depends[n])], self.outputs)
 
     def _between(self, inputs: Sequence[int], outputs: Sequence[int]) -> Program:
         """The operations that lead from some numbers to others; numbers that are no inputs have their own names."""

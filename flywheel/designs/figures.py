@@ -92,8 +92,8 @@ ENGINES = ("numpy", "numba", "size")
 """Engines that size designs: many at once by numpy or numba, or `size` one by one."""
 
 
-_CACHED_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
-_MACHINE_CODE_CELLS = 24_000  # of one for machine code, which keeps little of it at a time
+_CACHED = 3_000, 32  # cells of a chunk, but so many designs at least: their values then stay in the processor's cache
+_MACHINE_CODE = 24_000, 512  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _PORTION = 16_384  # designs at once: where the user interrupts, those of the portions before are kept
 _DESIGNS_WITHOUT_BAR = 16  # designs that are finished before a bar could be read
@@ -190,21 +190,21 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
         structure: of all designs.
         columns: their numbers (paths, designs), SI.
         rtol: relative error allowed.
-        engine: "numpy" or "numba"; numpy is used for structures whose programs contain more than numbers.
+        engine: "numpy" or "numba"; numpy is used for structures whose programs call functions.
         threads: of machine code; the number of processors if None. Numpy uses one.
 
     """
-    count, sums_of, size = columns.shape[1], cycles.sums, _CACHED_CELLS
+    count, sums_of, (size, fewest) = columns.shape[1], cycles.sums, _CACHED
     engine = engine if all(program.plain for _, program in structure.programs) and not structure.rates else "numpy"
     if engine == "numba":
         from flywheel.designs import kernels  # an extra
 
-        sums_of, size = kernels.sums, _MACHINE_CODE_CELLS
+        sums_of, (size, fewest) = kernels.sums, _MACHINE_CODE
     threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
     outcome: AtOnce = {}, {}, np.full(count, -1, np.int8)
     left: Any = np.arange(count)
     for halvings in range(_HALVINGS + 1):
-        most = size // structure.programs[-1][0].stop >> halvings
+        most = max(size // structure.programs[-1][0].stop, fewest) >> halvings
         parts = _parts(left, min(most, cycles.DESIGNS) if engine == "numpy" else most, threads)
         chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
         if threads == 1 or len(parts) < 2:

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 
-from bondgraph.recording import Program
+from bondgraph.recording import Program, source
 from flywheel.designs import batch
 from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Pieces, Sums
 from flywheel.machine.programs import DesignValues
@@ -48,7 +48,13 @@ def _compiled(function: Function) -> Function:
     return machine_code
 
 
-# -- sine and cosine in lanes ----------------------------------------------------------------------------------------------
+def _inlined(function: Function) -> Function:
+    """The same for a function that becomes part of the loops that call it, which a compiler can then put in lanes."""
+    machine_code: Function = numba.njit(cache=True, forceinline=True, **_options)(function)
+    return machine_code
+
+
+# -- programs in lanes -----------------------------------------------------------------------------------------------------
 
 _GREATEST_ANGLE = 1e5  # of an angle: within it the remainder of quarter turns is exact
 _MAGIC = 6755399441055744.0  # 1.5 * 2^52: added and taken away it rounds to the nearest whole number
@@ -59,182 +65,91 @@ _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
-@_compiled
-def sine_cosine(rows: Any, a: int, s: int, c: int) -> None:
-    """Sine and cosine of a row of lanes into two others, within an ulp.
+@_inlined
+def sine(x: float, quarters: float = 0.0) -> float:
+    """Sine of an angle and a number of quarter turns within an ulp, without a branch; NaN beyond the greatest angle.
 
     Source: W. J. Cody, W. Waite, Software Manual for the Elementary Functions (1980); polynomials of fdlibm (Sun, 1993).
     """
-    far = False
-    for i in range(_L):
-        x = rows[a, i]
-        far |= not abs(x) < _GREATEST_ANGLE
-        k = (x * (2.0 / math.pi) + _MAGIC) - _MAGIC
-        r = (x - k * _QUARTER) - k * _QUARTER_REST
-        z = r * r
-        sine = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
-        half = 0.5 * z
-        w = 1.0 - half
-        cosine = w + (((1.0 - w) - half) + z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6))))))
-        turn = 0.25 * k
-        turn = turn - ((turn + _MAGIC) - _MAGIC)  # of a turn: 0, ±1/4, ±1/2
-        odd = abs(turn) == 0.25
-        first = cosine if odd else sine
-        second = sine if odd else cosine
-        rows[s, i] = -first if (turn < -0.1) or (turn > 0.4) else first
-        rows[c, i] = -second if (turn > 0.1) or (turn < -0.4) else second
-    if far:
-        for i in range(_L):
-            x = rows[a, i]
-            rows[s, i] = math.sin(x)
-            rows[c, i] = math.cos(x)
+    k = (x * (2.0 / math.pi) + _MAGIC) - _MAGIC
+    r = (x - k * _QUARTER) - k * _QUARTER_REST
+    z = r * r
+    even = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
+    half = 0.5 * z
+    w = 1.0 - half
+    odd = w + (((1.0 - w) - half) + z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6))))))
+    turn = 0.25 * (k + quarters)
+    turn = turn - ((turn + _MAGIC) - _MAGIC)  # of a turn: 0, ±1/4, ±1/2
+    value = odd if abs(turn) == 0.25 else even
+    value = -value if (turn < -0.1) or (turn > 0.4) else value
+    return value if abs(x) < _GREATEST_ANGLE else math.nan
 
 
-# -- programs in lanes -----------------------------------------------------------------------------------------------------
-
-_INLINE = {
-    "add": "{0} + {1}",
-    "subtract": "{0} - {1}",
-    "multiply": "{0} * {1}",
-    "divide": "{0} / {1}",
-    "negative": "-{0}",
-    "sqrt": "math.sqrt({0})",
-    "abs": "abs({0})",
-    "where": "({1} if {0} else {2})",
-    "minimum": "({1} if {1} < {0} else {0})",
-    "maximum": "({1} if {1} > {0} else {0})",
-    "less": "{0} < {1}",
-    "less_equal": "{0} <= {1}",
-    "greater": "{0} > {1}",
-    "greater_equal": "{0} >= {1}",
-    "equal": "{0} == {1}",
-    "not_equal": "{0} != {1}",
-    "sign": "({0} > 0.0) - ({0} < 0.0) + 0.0",
-    "logical_and": "({0} != 0) & ({1} != 0)",
-    "logical_or": "({0} != 0) | ({1} != 0)",
-    "logical_not": "{0} == 0",
-}
-"""Operations that a compiler makes one instruction of for several lanes; others are calls, lane by lane."""
+@_inlined
+def cosine(x: float) -> float:
+    """Cosine of an angle as the sine a quarter turn later."""
+    return sine(x, 1.0)
 
 
-@lru_cache(maxsize=64)
-def lanes(program: Program) -> tuple[Program, str, int]:
-    """A program as loops over lanes, split by whether it needs the angle, its first input.
-
-    Returns the program of values that depend on the design alone, from all inputs; the source of `fill`, which has the rest;
-    and the number of `rows` for that (rows, LANES), the first of which are the outputs of the former.
-    """
-    names, places, operations, outputs = program
-    base = len(names) + len(places)
-    needs = [True] + [False] * (base - 1)
-    for _, *operands in operations:
-        needs.append(any(needs[n] for n in operands))
-    used = {n for k, (_, *operands) in enumerate(operations) if needs[base + k] for n in operands} | set(outputs)
-    inputs_used = sorted(n for n in used if not needs[n] and not len(names) <= n < base)
-    before = Program(names, places, *_part(operations, base, [not need for need in needs], inputs_used))
-
-    # stages: a call is made once all lanes of its operand are there
-    stage, calls = [0] * base, dict[int, list[int]]()
-    for k, (name, *operands) in enumerate(operations):
-        n, first = base + k, max((stage[m] for m in operands), default=0)
-        called = needs[n] and name not in _INLINE
-        stage.append(first + called)
-        if called:
-            calls.setdefault(first, []).append(n)
-    place = {n: k for k, n in enumerate(inputs_used)}
-    place[0] = len(place)
-    for n in range(base, base + len(operations)):  # what another stage, a call or the result needs has a row of its own
-        if needs[n] and (n in outputs or _is_call(operations, base, n) or _crosses(operations, base, n, stage, needs)):
-            place[n] = len(place)
-    lines = list[str]()
-    for level in range(max(stage) + 1):
-        own = [n for n in range(base, len(needs)) if needs[n] and stage[n] == level and not _is_call(operations, base, n)]
-        lines += _loop(own, operations, base, len(names), place)
-        lines += _calls(calls.get(level, []), operations, base, len(names), place)
-    for row, n in enumerate(outputs):
-        target, value = f"values[group, cell, {_ROW_OF[row]}, node + 1, i]", _value(n, len(names), base, place)
-        lines += ["for i in range(_L):", f"    {target} = {value}"]
-    body = "\n                ".join(lines)
-    constants = [f"x{len(names) + k} = places[{k}]" for k in range(len(places))]
-    text = _FILL.format(constants="\n    ".join(constants or ["pass"]), given=len(inputs_used), angle=place[0], body=body)
-    return before, text, len(place) + 1  # and one for what is not needed
+@_inlined
+def _bisected(table: Any, x: float) -> int:
+    """Number of entries that are no greater, as `bisect_right`."""
+    return int(np.searchsorted(table, x, "right"))
 
 
 _ROW_OF = (2, 1, 0, 5, 3, 4)  # of the program's outputs I*, dI*/dphi, M*, dM*/du and the two sizes, among the values
-_FILL = """def fill(first, last, middle, half, given, places, table, flat, values):
-    {constants}
+_FILL = """{kernel}
+
+kernel = numba.njit(forceinline=True, **options)(recorded)
+
+
+def fill(first, last, middle, half, given, places, values):
+    {places}
     for group in range(values.shape[0]):
-        for k in range({given}):
-            for i in range(_L):
-                table[k, i] = given[group, k, i]
+        t = given[group].reshape(-1)
         for cell in range(first, last):
-            for node in range(_NODES.size):
+            v = values[group, cell].reshape(-1)
+            for node in range(1, _P - 1):
                 for i in range(_L):
-                    table[{angle}, i] = middle[group, cell, i] + half[group, cell, i] * _NODES[node]
-                {body}
+                    t[{angle} + i] = middle[group, cell, i] + half[group, cell, i] * POINTS[node]
+                for i in range(_L):
+                    row = kernel({arguments})
+                    {values}
 """
+_lock = threading.Lock()
 
 
-def _part(operations: Any, base: int, chosen: list[bool], outputs: list[int]) -> tuple[tuple[Any, ...], tuple[int, ...]]:
-    """The chosen operations with their operands' new numbers, and the outputs'."""
-    new, kept = {n: n for n in range(base)}, list[tuple[Any, ...]]()
-    for k, (name, *operands) in enumerate(operations):
-        if chosen[base + k]:
-            new[base + k] = base + len(kept)
-            kept.append((name, *[new[n] for n in operands]))
-    return tuple(kept), tuple(new[n] for n in outputs)
+@lru_cache(maxsize=2048)  # a table has a piece for each of its rows
+def filler(program: Program) -> tuple[Callable[..., Any], Array, Any]:
+    """A program split by whether it needs the angle, its first input.
+
+    Returns the function of values that depend on the design alone, from the other inputs; the constants; and a function that
+    fills a piece's cells with the rest: the designs' values are rows of lanes in its `given`, and a last row is for angles.
+    It is compiled once for programs of the same operations.
+    """
+    before, rest = program.split(-1)
+    ends = np.cumsum([0, *map(np.size, rest.places)]).tolist()
+    opened = [
+        f"p{k} = places[{ends[k]}{f':{ends[k + 1]}' if np.ndim(place) else ''}]" for k, place in enumerate(rest.places)
+    ]
+    own = [f"t[{k * _L} + i]" for k in range(len(rest.inputs))]
+    text = _FILL.format(
+        kernel=source(rest, "math"),
+        places="\n    ".join(opened or ["pass"]),
+        angle=(len(own) - 1) * _L,
+        arguments=", ".join((*own, *(f"p{k}" for k in range(len(opened))))),
+        values="\n                    ".join(f"v[({row} * _P + node) * _L + i] = row[{k}]" for k, row in enumerate(_ROW_OF)),
+    )
+    with _lock:
+        return before.function(), rest.constants, _kept(text)
 
 
-def _is_call(operations: Any, base: int, n: int) -> bool:
-    return n >= base and operations[n - base][0] not in _INLINE
-
-
-def _crosses(operations: Any, base: int, n: int, stage: list[int], needs: list[bool]) -> bool:
-    """Tests whether a later stage or a call needs the result of one."""
-    users = [base + k for k, (_, *operands) in enumerate(operations) if n in operands]
-    return any(needs[m] and (stage[m] != stage[n] or _is_call(operations, base, m)) for m in users)
-
-
-def _value(n: int, inputs: int, base: int, place: dict[int, int]) -> str:
-    """Expression of a node in code, inside a loop over lanes i."""
-    return f"flat[{place[n] * _L} + i]" if n in place else f"x{n}" if inputs <= n < base else f"v{n}"
-
-
-def _loop(own: list[int], operations: Any, base: int, inputs: int, place: dict[int, int]) -> list[str]:
-    """The operations of one stage in one loop over the lanes."""
-    lines = list[str]()
-    inside = set(own)
-    for n in own:
-        name, *operands = operations[n - base]
-        operand_values = [f"v{m}" if m in inside else _value(m, inputs, base, place) for m in operands]
-        lines.append(f"    v{n} = {_INLINE[name].format(*operand_values)}")
-        if n in place:
-            lines.append(f"    {_value(n, inputs, base, place)} = v{n}")
-    return ["for i in range(_L):", *lines] if lines else []
-
-
-def _calls(outputs: list[int], operations: Any, base: int, inputs: int, place: dict[int, int]) -> list[str]:
-    """Calls of one stage: sine and cosine of one operand together, in lanes; others lane by lane."""
-    lines, angles = list[str](), dict[int, dict[str, int]]()
-    for n in outputs:
-        name, *operands = operations[n - base]
-        if name in ("sin", "cos") and operands[0] in place:
-            angles.setdefault(operands[0], {})[name] = place[n]
-            continue
-        operand_values = [_value(m, inputs, base, place) for m in operands]
-        call = f"math.{'pow' if name == 'power' else name}({', '.join(operand_values)})"
-        lines += ["for i in range(_L):", f"    {_value(n, inputs, base, place)} = {call}"]
-    for operand, angle in angles.items():
-        rows = [angle.setdefault(name, len(place)) for name in ("sin", "cos")]
-        lines.append(f"sine_cosine(table, {place[operand]}, {rows[0]}, {rows[1]})")
-    return lines
-
-
+@lru_cache(maxsize=64)
 def _kept(text: str) -> Any:
-    """Source compiled to machine code, cached on disk by its text and this module's."""
+    """Source compiled to machine code, cached on disk by its text and this module's; once for equal ones."""
     digest = hashlib.sha256(f"{_OWN}{text}".encode()).hexdigest()[:32]
     folder = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder()) / "flywheel"
-    space = {"__name__": __name__, "math": math, "_L": _L, "_NODES": NODES, "sine_cosine": sine_cosine}
+    space = {**_MATH, "__name__": __name__, "numba": numba, "options": _options, "_L": _L, "_P": _P, "POINTS": POINTS}
     path = folder / f"cells_{digest}.py"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -258,20 +173,7 @@ def _cache_folder() -> Path:
 
 
 _OWN = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-_fillers: dict[str, Any] = {}
-_lock = threading.Lock()
-
-
-def filler(program: Program) -> tuple[Program, int, Any]:
-    """Program of the design's own values, number of rows that remain, and a function that fills a piece's cells with them.
-
-    That is compiled once for programs of the same operations.
-    """
-    before, text, rows = lanes(program)
-    with _lock:
-        if text not in _fillers:
-            _fillers[text] = _kept(text)
-    return before, rows, _fillers[text]
+_MATH = Program((), (), (), ()).function("math").__globals__ | {"sin": sine, "cos": cosine, "bisect_right": _bisected}
 
 
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
@@ -785,32 +687,31 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     count = edges.shape[1]
     groups = -(-count // _L)
 
-    def grouped(rows: Any) -> Array:
-        """(rows, designs) as (groups, rows, LANES); the last design fills up the last group."""
-        rows = np.broadcast_to(rows, (np.shape(rows)[0], count))
-        full = np.concatenate((rows, np.repeat(rows[:, -1:], groups * _L - count, axis=1)), axis=1)
+    def grouped(*rows: Any) -> Array:
+        """Rows of designs as (groups, rows, LANES); the last design fills up the last group."""
+        full = np.empty((len(rows), groups * _L))
+        for into, row in zip(full, rows, strict=True):
+            into[:count] = row
+        full[:, count:] = full[:, count - 1 : count]
         return np.ascontiguousarray(full.reshape(len(rows), groups, _L).swapaxes(0, 1))
 
     square, eps = givens.speed**2, givens.irregularity
     fast, slow = (-0.5 * (1 + sign * eps / 2) ** 2 * square for sign in (1, -1))
-    factors = grouped(np.stack(np.broadcast_arrays(0.0 * square, fast, slow, -0.5 * square, 1.0, givens.loose)))
-    at = grouped(edges)
+    factors = grouped(0.0, fast, slow, -0.5 * square, 1.0, givens.loose)
+    at = grouped(*edges)
     half = 0.5 * (at[:, 1:] - at[:, :-1])
     middle = at[:, :-1] + half
     prepared = []
     for piece, program in pieces:
-        of_design, row_count, fill = filler(program)
-        before = [np.broadcast_to(row, (count,)) for row in of_design.function()(0.0, *columns)]
-        starts = grouped(np.stack(before)) if before else np.zeros((groups, 1, _L))
-        table = np.zeros((row_count, _L))
-        prepared.append((fill, piece, starts, np.array([*program.places, 0.0]), table, table.reshape(-1)))
+        of_design, places, fill = filler(program)
+        prepared.append((fill, piece, grouped(*of_design(*columns), 0.0), places))
     size = max(1, _BLOCK_CELLS // half.shape[1])
     values, out = np.zeros((size, half.shape[1], 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
     for first in range(0, groups, size):
         part = slice(first, min(first + size, groups))
         block = values[: part.stop - first]
-        for fill, piece, starts, places, table, flat in prepared:
-            fill(piece.start, piece.stop, middle[part], half[part], starts[part], places, table, flat, block)
+        for fill, piece, given, places in prepared:
+            fill(piece.start, piece.stop, middle[part], half[part], given[part], places, block)
         cycles(block, at[part], middle[part], half[part], factors[part], givens.unknown, out[part])
     rows = out.swapaxes(0, 1).reshape(_DOUBT + 1, -1)[:, :count]
     totals = Sums(
@@ -825,7 +726,7 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
         mean=rows[_MEAN_AT:_LARGEST],
         largest=rows[_LARGEST],
     )
-    doubtful = np.flatnonzero(rows[_DOUBT])
+    doubtful = np.flatnonzero((rows[_DOUBT] != 0.0) | np.isnan(rows[_EXCHANGED] + rows[_LARGEST]))
     if doubtful.size:
         own = givens.of(doubtful)
         for into, value in zip(totals, batch.sums(pieces, own, columns[:, doubtful], edges[:, doubtful]), strict=True):

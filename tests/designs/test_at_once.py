@@ -41,6 +41,22 @@ RANGES: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
         yoke(),
         {"mechanism.crank.length": (0.2, 0.8), "load.0.force": (300.0, 3000.0), "mechanism.yoke.mass": (5.0, 30.0)},
     ),
+    "a table": (
+        {
+            **PRESS,
+            "load": [
+                {
+                    "on": "crank",
+                    "table": {"angle": [0, 100, 200, 360], "value": [0, -900, 100, 0], "angle_unit": "deg"},
+                }
+            ],
+        },
+        {"mechanism.crank.length": (0.1, 0.2), "mechanism.rod.mass": (9.0, 30.0), "flywheel.irregularity": (0.01, 0.2)},
+    ),
+    "angles of many turns": (
+        {**PRESS, "load": [{"on": "crank", "torque": "-900*sin(phi + 2e5)**2"}]},
+        {"mechanism.crank.length": (0.1, 0.2), "flywheel.irregularity": (0.01, 0.2)},
+    ),
 }
 ENGINES = ["numpy", pytest.param("numba", marks=pytest.mark.slow)]
 ANGLES = ("angle_speed_max", "angle_speed_min")
