@@ -146,9 +146,7 @@ class Reduction:
         return self._reduced(self._walked(phi, anchor, ns))
 
     def _walked(self, phi: Any, anchor: Any = None, ns: Any = np) -> _LawPositions:
-        at = _LawPositions(self, phi, phi if anchor is None else anchor, ns)
-        self._run(at)
-        return at
+        return _LawPositions(self, phi, phi if anchor is None else anchor, ns)
 
     def _reduced(self, at: _LawPositions) -> Reduced:
         flows = at.flows
@@ -241,7 +239,7 @@ class Reduction:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
         count(at.phi)
         size = max(self._flow.values()) + 1
-        flows = at.flows = FlowRates([None] * size, [_ZERO] * size)
+        flows = at.walked = FlowRates([None] * size, [_ZERO] * size)
         flows.gain[self.variable[self.coordinate]] = 1.0
         gain, slope = flows
         for step in self._steps:
@@ -346,7 +344,8 @@ class Station:
         middle, angles = speed if anchor_speed is None else anchor_speed, []
         then = time if anchor_time is None else anchor_time
         for element, _, flow, _, gain, rate, here, anchor in self._moving:
-            deciding = gain if local or anchor_speed is None else self._anchor_flows.gain[flow]
+            constant = local or anchor_speed is None or flow in self._reduction.uniform
+            deciding = gain if constant else self._anchor_flows.gain[flow]
             here = here._replace(speed=rate * speed, flow=gain * speed, time=time)
             anchor = anchor._replace(speed=rate * middle, flow=deciding * middle, time=then)
             angles.append((element, here, anchor))
@@ -359,7 +358,7 @@ class Station:
         for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction._moving else ():
             law = element.law
             assert isinstance(law, Law)
-            gain, rate = self._at.flows.gain[flow], self._at.rate(law.motion.of)
+            gain, rate = self._at.gain(flow), self._at.rate(law.motion.of)
             sources.append((element, law, flow, sign, gain, rate, *self._at.both(law.motion)))
         return sources
 
@@ -413,10 +412,22 @@ class _LawPositions:
 
     def __init__(self, reduction: Reduction, phi: Any, anchor: Any, ns: Any) -> None:
         self.reduction, self.phi, self.anchor, self.ns = reduction, phi, anchor, ns
-        self.flows = FlowRates([], [])
+        self.walked: FlowRates | None = None
         self._motions: dict[int, tuple[Here, Here]] = {}
         self._values: dict[int, Any] = {}
         self._moduli: dict[int, tuple[Any, tuple[Any, ...]]] = {}
+
+    @property
+    def flows(self) -> FlowRates:
+        """The flow rates, by a walk of the graph when they are first needed."""
+        if self.walked is None:
+            self.reduction._run(self)
+        assert self.walked is not None
+        return self.walked
+
+    def gain(self, flow: int) -> Any:
+        """The gain of a flow variable, without a walk where it is constant."""
+        return self.reduction.uniform[flow] if flow in self.reduction.uniform else self.flows.gain[flow]
 
     def both(self, motion: Motion) -> tuple[Here, Here]:
         """The motion here and at the anchor."""
