@@ -258,19 +258,35 @@ def _driven_by(machine: Machine, motor: Motor) -> Machine:
 
 
 class _Map:
-    """Net moment of a machine (N m, on the crank) by node of the cycle and speed, its inertia with the flywheel by node."""
+    """Net moment of a machine (N m, on the crank) by node of the cycle and speed, its inertia with the flywheel by node.
+
+    Cells are evaluated as the motion comes to them, ever more at once: most starts are over within a part of a cycle.
+    """
 
     def __init__(self, machine: Machine, inertia: float, fastest: float, mesh: cells.Cells) -> None:
-        moments = Moments(machine, mesh, local=True)
-        speeds = np.linspace(0.0, 1.02 * fastest, _SPEEDS)
-        at_speeds = np.maximum(speeds, ONSET * machine.typical_speed)[:, None, None] + np.zeros(mesh.phi.shape)
-        states = () if moments.circuit is None else moments.circuit.steady(moments.drive_ratio * at_speeds)
-        moment = moments.rate(at_speeds, 0.0, inertia, states).moment
+        self.machine, self.inertia, self.edges = machine, inertia, mesh.edges
         self.phi, self.cycle = mesh.phi.ravel(), float(mesh.edges[-1])
         self.weights = cells.node_weights(mesh)
-        self.inertias = moments.inertia.ravel() + inertia
-        self.moments = moment.reshape(_SPEEDS, -1).T
-        self.spacing = float(speeds[1])
+        self.speeds = np.linspace(0.0, 1.02 * fastest, _SPEEDS)
+        self.spacing = float(self.speeds[1])
+        self.nodes: list[tuple[list[float], float] | None] = [None] * self.phi.size
+        self.ahead = 1
+
+    def at(self, node: int) -> tuple[list[float], float]:
+        """The net moments (N m) at all speeds at a node, and the inertia there (kg m²)."""
+        known = self.nodes[node]
+        if known is not None:
+            return known
+        first = node // cells.ORDER
+        mesh = cells.cells(self.edges[first : first + self.ahead + 1])
+        self.ahead *= 2
+        moments = Moments(self.machine, mesh, local=True)
+        at_speeds = np.maximum(self.speeds, ONSET * self.machine.typical_speed)[:, None, None] + np.zeros(mesh.phi.shape)
+        states = () if moments.circuit is None else moments.circuit.steady(moments.drive_ratio * at_speeds)
+        moment = moments.rate(at_speeds, 0.0, self.inertia, states).moment
+        rows = zip(moment.reshape(_SPEEDS, -1).T.tolist(), (moments.inertia.ravel() + self.inertia).tolist(), strict=True)
+        self.nodes[first * cells.ORDER : first * cells.ORDER + mesh.phi.size] = rows
+        return self.at(node)
 
     def followed(
         self, place: float, energy: float, level: float, lasting: float
@@ -280,14 +296,15 @@ class _Map:
         Gives the time of each step (s), its first and last speed (rad/s); place, energy and way at the end; whether the
         speed or time was reached (None: not within the turns that are followed), and the place of a standstill.
         """
-        rows, weights, inertias = self.moments.tolist(), self.weights.tolist(), self.inertias.tolist()
-        count, spacing, node = len(rows), self.spacing, int(np.searchsorted(self.phi, place % self.cycle)) % self.phi.size
+        weights, count, spacing = self.weights.tolist(), self.phi.size, self.spacing
+        node = int(np.searchsorted(self.phi, place % self.cycle)) % count
         times, speeds, clock, way = list[float](), list[tuple[float, float]](), 0.0, 0.0
-        omega = math.sqrt(2.0 * energy / inertias[node])
+        omega = math.sqrt(2.0 * energy / self.at(node)[1])
         done: bool | None = omega >= level or lasting <= 0.0
         stop, before = None, energy
         for k in range(0 if done else math.ceil(count * _MOST_TURNS * 2 * math.pi / self.cycle)):
-            row, half, weight = rows[node], 0.5 * inertias[node], weights[node]
+            row, total = self.nodes[node] or self.at(node)
+            half, weight = 0.5 * total, weights[node]
             omega = math.sqrt(energy / half)
             below = min(int(omega / spacing), _SPEEDS - 2)
             slope = (row[below + 1] - row[below]) / spacing
