@@ -22,12 +22,12 @@ from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
-_ROOT_RANGE = 1.0 - 1e-12
-_NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
+ROOT_RANGE = 1.0 - 1e-12
+NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
 _GREATEST_WORK = 1e150  # of works and inertias: their squares and products would leave the floating-point range
 DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
 _NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one's size
-_TAIL_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
+TAIL_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
 _LAST = POINTS.size - 1
 
@@ -137,17 +137,23 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     """The cycles of a chunk of designs on cells between edges, with everything that figures and errors follow from."""
     half = 0.5 * (edges[1:] - edges[:-1])
     phi = edges[:-1] + half + half * NODES[:, None, None]
-    values = np.zeros((6, POINTS.size, *half.shape))  # M*, dI*/dphi, I*, sizes of the first two, dM*/du
+    values = np.zeros((6, POINTS.size, *half.shape))
     for piece, program in pieces:
         inertia, slope, moment, per_unknown, exchanged, steepness = program.function()(phi[:, piece], *columns)
         for row, value in enumerate((moment, slope, inertia, exchanged, steepness, per_unknown)):
             values[row, 1:_LAST, piece] = value
+    return summed_values(values, givens, edges)
+
+
+def summed_values(values: Array, givens: DesignValues, edges: Array) -> Sums:
+    """The same from M*, dI*/dphi, I*, the sizes of the first two and dM*/du at the nodes, as in `assembled`."""
+    half = 0.5 * (edges[1:] - edges[:-1])
     count = edges.shape[1]
     balance, by_unknown, spread = np.zeros(count), np.zeros(count), np.ones(count)
     if givens.unknown:
         net, by_unknown = (_times(_WEIGHTS, values[::5])[:, 0] * half).sum(axis=1)
         size = (_times(_WEIGHTS, np.abs(values[5:]))[0, 0] * half).sum(axis=0)
-        balance = np.where(np.abs(by_unknown) > _NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
+        balance = np.where(np.abs(by_unknown) > NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
         spread = turning_moment.spread_of(by_unknown, size)
         values[5] *= balance
         values[0] += values[5]
@@ -321,7 +327,7 @@ def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[
         level, cut = (each[0] + np.abs(factor) * each[1] for each in (cycles.noise, tails))
     low, high = values.min(axis=0), values.max(axis=0)
     nearest, farthest = np.where(low > 0.0, low, np.where(high < 0.0, -high, 0.0)), np.maximum(-low, high)
-    unresolved = cut > _TAIL_SHARE * farthest
+    unresolved = cut > TAIL_SHARE * farthest
     cell, design = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | unresolved)
     here = cell, design
     return np.full(cell.size, function), *here, values[:, cell, design], level[here], unresolved[here]
@@ -362,8 +368,8 @@ def places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -
     angle = np.where(np.abs(t) < 1.0, cycles.middle[cell, design] + half * t, cycles.edges[edge, design])
     slope = np.maximum(np.abs(cells.slope(series, t)) / half, 1e-300)
     noise = level[cell, design] + loose * factor * np.abs(cells.value(cycles.series[1, :, cell, design], t))
-    error = np.where(np.abs(t) < _ROOT_RANGE, np.minimum(noise / slope, 2 * half), 0.0)
-    at_end = np.flatnonzero(np.abs(t) >= _ROOT_RANGE - 8 * ROUNDING * end / half)
+    error = np.where(np.abs(t) < ROOT_RANGE, np.minimum(noise / slope, 2 * half), 0.0)
+    at_end = np.flatnonzero(np.abs(t) >= ROOT_RANGE - 8 * ROUNDING * end / half)
     edge = edge[at_end]
     beside = np.stack(((edge - 1) % number, edge % number))
     moment, slope = (np.stack((row[_LAST, beside[0], at_end], row[0, beside[1], at_end])) for row in cycles.values)

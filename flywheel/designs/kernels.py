@@ -1,9 +1,9 @@
 """The cycles of many designs in machine code: the result of `batch.sums`, sixteen designs side by side in lanes.
 
 Every loop runs over `LANES` designs innermost, so that a compiler makes one instruction of several designs. The program of a
-smooth piece is split: the part that depends on the design alone is computed once, by numpy; the rest becomes straight-line
-loops, interrupted only by function calls. Roots of all lanes are polished together. A design with a row that its nodes do
-not resolve is left to `batch.sums`, which has the finer search.
+smooth piece is split: the part that depends on the design alone is computed once, by numpy; the rest is the program's own
+source in such a loop. Roots are polished sixteen at a time. A design with a row that its nodes do not resolve is summed up by
+numpy (`batch.summed_values`), which has the finer search.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import threading
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,11 +24,11 @@ import numpy as np
 
 from bondgraph.recording import Program, source
 from flywheel.designs import batch
-from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Pieces, Sums
+from flywheel.designs.batch import FAST, INERTIA, NO_EFFECT, POINTS, ROOT_RANGE, TAIL_SHARE, Pieces, Sums
 from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
-from flywheel.regime.turning_moment import BY_ANGLES, INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, TAIL_OF_INTEGRAL, Array
+from flywheel.regime.turning_moment import BY_ANGLES, INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT, spread_of
 
 LANES = 16
 _L = LANES
@@ -36,8 +37,6 @@ _ROOTS = 48 * LANES  # of the five functions of all lanes; designs that have mor
 _FIT: Array = np.ascontiguousarray(cells.fit(np.eye(ORDER)).T)
 _MEAN = np.ascontiguousarray(cells.MEAN)
 _WEIGHTS = np.ascontiguousarray(_FIT.T @ _MEAN)
-_HALF_ORDER = ORDER // 2
-_LEAST_DIVISOR = 1e-300
 Function = TypeVar("Function", bound=Callable[..., Any])
 _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
@@ -52,6 +51,9 @@ def _inlined(function: Function) -> Function:
     """The same for a function that becomes part of the loops that call it, which a compiler can then put in lanes."""
     machine_code: Function = numba.njit(cache=True, forceinline=True, **_options)(function)
     return machine_code
+
+
+_tail, _spread_of = _inlined(cells.tail), _inlined(spread_of)
 
 
 # -- programs in lanes -----------------------------------------------------------------------------------------------------
@@ -178,23 +180,10 @@ _MATH = Program((), (), (), ()).function("math").__globals__ | {"sin": sine, "co
 
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
 
-(_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = range(9)
-_GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT = (
-    9,
-    14,
-    19,
-    20,
-    21,
-    22,
-    24,
-    28,
-    30,
-    31,
-)
-_TAIL = cells.TAIL_OF_INTEGRAL
-_ROOT_RANGE = 1.0 - 1e-12
-_TAIL_SHARE, _NO_EFFECT = 1e-6, 1e-9
-_EPS = ROUNDING
+_WIDTHS = {"greatest": 5, "least": 5, "moving": 2, "extent": 4, "mean": 2}  # rows of a sum, if it has several
+_ROWS = np.cumsum([0, *(_WIDTHS.get(name, 1) for name in Sums._fields)]).tolist()
+(_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = _ROWS[:9]
+(_GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT) = _ROWS[9:]
 # rows of LANES numbers that belong to one cell
 (_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CELL) = (
     k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16)
@@ -203,15 +192,16 @@ _EPS = ROUNDING
 (_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _CYCLE) = (
     k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14)
 )
+# and to a block of roots, after three series with two zeros beyond each
+_TERMS = ORDER + 2
+(_LEFT, _RIGHT_END, _AT, _STEP, _GAINED, _BLOCK) = ((3 * _TERMS + k) * _L for k in (0, 1, 2, 3, 4, 6))
 
 
 @_compiled
 def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
     """The balance of the net work, and M* and its sizes with it."""
-    for i in range(_L):
-        out[_BALANCE, i] = 0.0
-        out[_BY_UNKNOWN, i] = 0.0
-        out[_WORK_ERROR, i] = 1.0  # first the factor by which a balance spreads errors, see `turning_moment.spread_of`
+    out[_BALANCE : _BY_UNKNOWN + 1] = 0.0
+    out[_WORK_ERROR] = 1.0  # first the factor by which a balance spreads errors
     if not unknown:
         return
     net, own, size = np.zeros(_L), np.zeros(_L), np.zeros(_L)
@@ -229,8 +219,8 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
             size[i] += c * w[_HALF + i]
     for i in range(_L):
         out[_BY_UNKNOWN, i] = own[i]
-        out[_WORK_ERROR, i] = 0.5 * (1.0 + size[i] / abs(own[i])) if own[i] != 0.0 else np.inf
-        out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > _NO_EFFECT * size[i] else np.nan
+        out[_WORK_ERROR, i] = _spread_of(own[i], size[i])
+        out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > NO_EFFECT * size[i] else np.nan
         net[i] = out[_BALANCE, i]
     for cell in range(values.shape[0]):
         v = values[cell].reshape(-1)
@@ -242,63 +232,41 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
 
 
 @_compiled
-def fitted(v: Any, s: Any, folded: Any) -> None:
-    """Series of M*, dI*/dphi and I* on one cell: even coefficients from sums of values at ±t, odd ones from differences."""
+def fitted(v: Any, s: Any, w: Any, folded: Any) -> None:
+    """Series of M*, dI*/dphi and I* on one cell, their values at its ends, and the errors of the interpolants.
+
+    Even coefficients follow from sums of values at ±t, odd ones from differences.
+    """
+    middle = ORDER // 2
     for row in range(3):
         base, to = row * _P * _L, row * ORDER * _L
         for i in range(_L):
-            for node in range(_HALF_ORDER):
+            for node in range(middle):
                 left, right = v[base + (node + 1) * _L + i], v[base + (ORDER - node) * _L + i]
-                folded[node * _L + i] = left + right
-                folded[(_HALF_ORDER + 1 + node) * _L + i] = left - right
-            folded[_HALF_ORDER * _L + i] = v[base + (_HALF_ORDER + 1) * _L + i]
-        for k in range(0, ORDER, 2):
+                folded[node * _L + i], folded[(middle + 1 + node) * _L + i] = left + right, left - right
+            folded[middle * _L + i] = v[base + (middle + 1) * _L + i]
+        for k in range(ORDER):
+            first = k % 2 * (middle + 1) * _L
             for i in range(_L):
-                even = 0.0
-                for node in range(_HALF_ORDER + 1):
-                    even += _FIT[k, node] * folded[node * _L + i]
-                s[to + k * _L + i] = even
-        for k in range(1, ORDER, 2):
-            for i in range(_L):
-                odd = 0.0
-                for node in range(_HALF_ORDER):
-                    odd += _FIT[k, node] * folded[(_HALF_ORDER + 1 + node) * _L + i]
-                s[to + k * _L + i] = odd
-
-
-@_compiled
-def at_ends(v: Any, s: Any, w: Any) -> None:
-    """M* and dI*/dphi at the ends of a cell, and I* there."""
-    for i in range(_L):
-        for row in range(2):
-            even, odd = 0.0, 0.0
-            for k in range(ORDER // 2):
-                even += s[(row * ORDER + 2 * k) * _L + i]
-                odd += s[(row * ORDER + 2 * k + 1) * _L + i]
-            even += s[(row * ORDER + ORDER - 1) * _L + i]
-            v[row * _P * _L + i] = even - odd
-            v[(row * _P + _P - 1) * _L + i] = even + odd
-    for i in range(_L):
-        even, odd = 0.0, 0.0
-        for k in range(ORDER // 2):
-            even += s[(2 * ORDER + 2 * k) * _L + i]
-            odd += s[(2 * ORDER + 2 * k + 1) * _L + i]
-        even += s[(2 * ORDER + ORDER - 1) * _L + i]
-        w[_LOW + i] = even - odd
-        w[_HIGH + i] = even + odd
-
-
-@_compiled
-def cut_off(s: Any, w: Any) -> None:
-    """The errors of the interpolants, as in `cells.tail`."""
-    for row in range(3):
-        base = row * ORDER + ORDER - 6
+                total = 0.0
+                for node in range(middle):
+                    total += _FIT[k, node] * folded[first + node * _L + i]
+                s[to + k * _L + i] = total + _FIT[k, middle] * folded[middle * _L + i]  # which is 0 of an odd one
         for i in range(_L):
-            first = max(abs(s[base * _L + i]), abs(s[(base + 1) * _L + i]))
-            middle = max(abs(s[(base + 2) * _L + i]), abs(s[(base + 3) * _L + i]))
-            last = max(abs(s[(base + 4) * _L + i]), abs(s[(base + 5) * _L + i]))
-            decay = min(max(last / max(middle, _LEAST_DIVISOR), middle / max(first, _LEAST_DIVISOR)), 0.9)
-            w[_TAILS + row * _L + i] = max(10.0 * decay * max(last, middle * decay) / (1.0 - decay), last)
+            even, odd = s[to + i], 0.0
+            for k in range(1, ORDER, 2):
+                odd += s[to + k * _L + i]
+                even += s[to + (k + 1) * _L + i]
+            v[base + i], v[base + (_P - 1) * _L + i] = even - odd, even + odd
+        last = to + (ORDER - 6) * _L
+        for i in range(_L):
+            first_pair = max(abs(s[last + i]), abs(s[last + _L + i]))
+            second = max(abs(s[last + 2 * _L + i]), abs(s[last + 3 * _L + i]))
+            third = max(abs(s[last + 4 * _L + i]), abs(s[last + 5 * _L + i]))
+            w[_TAILS + row * _L + i] = _tail(first_pair, second, third)
+    for i in range(_L):
+        left, right = v[2 * _P * _L + i], v[(3 * _P - 1) * _L + i]
+        w[_LOW + i], w[_HIGH + i] = min(left, right), max(left, right)
 
 
 @_compiled
@@ -313,16 +281,16 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
                 steep += abs(derivative)
                 after, here = here, derivative
             steep += 0.5 * abs(after + 2.0 * s[(row * ORDER + 1) * _L + i])
-            w[_NOISE + own + i] = _EPS * w[_RIGHT + i] * steep / w[_HALF + i] + w[_TAILS + own + i]
+            w[_NOISE + own + i] = ROUNDING * w[_RIGHT + i] * steep / w[_HALF + i] + w[_TAILS + own + i]
         for i in range(_L):
             most, total = 0.0, 0.0
             for node in range(ORDER):
                 value = v[(size + node + 1) * _L + i]
                 most = max(most, value)
                 total += _WEIGHTS[node] * value
-            w[_NOISE + own + i] += 32 * _EPS * most
+            w[_NOISE + own + i] += 32 * ROUNDING * most
             c[_SIZE + own + i] += total * w[_HALF + i]
-            c[_CUT + own + i] += _TAIL * w[_TAILS + own + i] * w[_HALF + i]
+            c[_CUT + own + i] += TAIL_OF_INTEGRAL * w[_TAILS + own + i] * w[_HALF + i]
         for i in range(_L):
             mean = 0.0
             for k in range(0, ORDER, 2):
@@ -349,12 +317,12 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
         for k in range(ORDER):
             largest += abs(s[(2 * ORDER + k) * _L + i])
             mean += _MEAN[k] * s[(2 * ORDER + k) * _L + i]
-        error = w[_TAILS + 2 * _L + i] + INERTIA_ROUNDING * most + 2 * _EPS * w[_END + i] * steep
+        error = w[_TAILS + 2 * _L + i] + INERTIA_ROUNDING * most + 2 * ROUNDING * w[_END + i] * steep
         w[_INERTIA + i] = error
         c[_WORST + i] = max(c[_WORST + i], error)
         c[_MOST + i] = max(c[_MOST + i], largest)
         c[_AREA + i] += mean * w[_HALF + i]
-        c[_AREA_ERROR + i] += _TAIL * error * w[_HALF + i]
+        c[_AREA_ERROR + i] += TAIL_OF_INTEGRAL * error * w[_HALF + i]
 
 
 @_compiled
@@ -366,29 +334,21 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         v, s, w = values[cell].reshape(-1), series[cell].reshape(-1), cellwise[cell].reshape(-1)
         for i in range(2 * _L):
             w[_START + i] = 0.0 if cell == 0 else cellwise[cell - 1, _STOP // _L + i // _L, i % _L]
-        fitted(v, s, folded)
-        at_ends(v, s, w)
-        cut_off(s, w)
+        fitted(v, s, w, folded)
         summed(v, s, w, c, cell == 0)
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
-        out[_START_AT, i] = cellwise[0, _LOW // _L, i]
+        out[_START_AT, i] = values[0, 2, 0, i]
         out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
-        out[_EXCHANGED, i] = c[_SIZE + i]
-        angle = BY_ANGLES * math.sqrt(c[_SHIFTED + i]) + SHIFT * c[_SWING + i]
-        turn = BY_ANGLES * math.sqrt(c[_SHIFTED + _L + i]) + SHIFT * c[_SWING + _L + i]
-        out[_WORK_ERROR, i] *= c[_CUT + i] + MOMENT_ROUNDING * c[_SIZE + i] + angle
-        out[_VARIATION, i] = c[_CUT + _L + i] + MOMENT_ROUNDING * c[_SIZE + _L + i] + turn
-        out[_INERTIA_ERROR, i] = c[_WORST + i]
-        out[_LARGEST, i] = c[_MOST + i]
+        out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
+        out[_VARIATION, i] = 1.0
+        for row in range(2):
+            k = row * _L + i
+            angle = BY_ANGLES * math.sqrt(c[_SHIFTED + k]) + SHIFT * c[_SWING + k]
+            out[_WORK_ERROR + row, i] *= c[_CUT + k] + MOMENT_ROUNDING * c[_SIZE + k] + angle
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
-    for cell in range(number):
-        w = cellwise[cell].reshape(-1)
-        for i in range(_L):
-            left, right = w[_LOW + i], w[_HIGH + i]
-            w[_LOW + i], w[_HIGH + i] = min(left, right), max(left, right)
 
 
 @_compiled
@@ -397,195 +357,157 @@ def candidates(values: Any, cellwise: Any, factors: Any, doubt: Any, row: Any, w
 
     `where` takes function, cell and lane, `between` the gap's ends and the secant's root. Doubtful ones are marked.
     """
-    number, most = 0, where.shape[1]
-    low, high = np.zeros(_L), np.zeros(_L)
+    number, most, last = 0, where.shape[1], (_P - 1) * _L
+    level, far, turns = np.zeros(_L), np.zeros(_L), np.zeros(_L)
     for function in range(5):
         of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function]
         for cell in range(values.shape[0]):
             v, w = values[cell].reshape(-1), cellwise[cell].reshape(-1)
-            for point in range(_P):
+            for k in range(0, _P * _L, _L):
                 for i in range(_L):
-                    row[point * _L + i] = of_work * v[point * _L + i] + factor[i] * v[(_P + point) * _L + i]
+                    row[k + i] = of_work * v[k + i] + factor[i] * v[k + _P * _L + i]
             for i in range(_L):
-                low[i] = high[i] = row[i]
-            for point in range(1, _P):
+                level[i] = of_work * w[_NOISE + i] + abs(factor[i]) * w[_NOISE + _L + i]
+                far[i] = max(abs(row[i]), abs(row[last + i]))
+                turns[i] = 0.0 if (row[i] > 0.0) == (row[_L + i] > 0.0) else 1.0
+            for k in range(0, last - _L, _L):  # within noise, or a dip towards zero and back
                 for i in range(_L):
-                    value = row[point * _L + i]
-                    low[i] = value if value < low[i] else low[i]
-                    high[i] = value if value > high[i] else high[i]
+                    left, here, right = row[k + i], row[k + _L + i], row[k + 2 * _L + i]
+                    before, size, after = abs(left), abs(here), abs(right)
+                    same = (right > 0.0) == (here > 0.0)
+                    dip = (size <= before) & (size <= after) & (size < 0.5 * (max(before, after) - size))
+                    dip &= same & ((left > 0.0) == (here > 0.0))
+                    doubt[i] = 1.0 if (size <= level[i]) | dip else doubt[i]
+                    turns[i] += 0.0 if same else 1.0
+                    far[i] = max(far[i], size)
             for i in range(_L):
-                size = abs(factor[i])
-                level = of_work * w[_NOISE + i] + size * w[_NOISE + _L + i]
-                far = max(-low[i], high[i])
-                near = low[i] if low[i] > 0.0 else -high[i] if high[i] < 0.0 else 0.0
-                if of_work * w[_TAILS + i] + size * w[_TAILS + _L + i] > _TAIL_SHARE * far:
+                cut = of_work * w[_TAILS + i] + abs(factor[i]) * w[_TAILS + _L + i]
+                doubt[i] = 1.0 if cut > TAIL_SHARE * far[i] else doubt[i]
+                # an end that is no more than noise is an extreme's place as it is
+                left, right, first, beside = row[i], row[last + i], row[_L + i], row[last - _L + i]
+                row[i] = first if abs(left) <= level[i] else left
+                row[last + i] = beside if abs(right) <= level[i] else right
+            for i in range(_L):
+                if number + turns[i] > most:
                     doubt[i] = 1.0
-                elif near <= 0.5 * (far - near) or near <= level:
-                    number = _gaps(row, i, level, function, cell, number, most, doubt, where, between)
+                elif turns[i] > 0.0 and doubt[i] == 0.0:
+                    for point in range(_P - 1):
+                        here, after = row[point * _L + i], row[(point + 1) * _L + i]
+                        if (here > 0.0) != (after > 0.0):
+                            where[0, number], where[1, number], where[2, number] = function, cell, i
+                            left, right = POINTS[point], POINTS[point + 1]
+                            between[0, number], between[1, number] = left, right
+                            between[2, number] = left + (right - left) * here / (here - after)
+                            number += 1
     return number
 
 
 @_compiled
-def _gaps(
-    row: Any, i: int, level: float, function: int, cell: int, number: int, most: int, doubt: Any, where: Any, between: Any
-) -> int:
-    """The changes of sign of one row of one lane."""
-    first, last = 1, _P - 2  # points that may be the lowest of a dip
-    if abs(row[i]) <= level:  # an end that is no more than noise is an extreme's place as it is
-        row[i] = row[_L + i]
-        first = 2
-    if abs(row[(_P - 1) * _L + i]) <= level:
-        row[(_P - 1) * _L + i] = row[(_P - 2) * _L + i]
-        last = _P - 3
-    for point in range(_P - 1):
-        here, after = row[point * _L + i], row[(point + 1) * _L + i]
-        if point > 0:
-            before, size = row[(point - 1) * _L + i], abs(here)
-            same = (before > 0.0) == (here > 0.0) and (after > 0.0) == (here > 0.0)
-            lowest = same and size <= abs(before) and size <= abs(after) and first <= point <= last
-            if size <= level or (lowest and size < 0.5 * (max(abs(before), abs(after)) - size)):
-                doubt[i] = 1.0
-                return number
-        if (here > 0.0) != (after > 0.0):
-            if number == most:
-                doubt[i] = 1.0
-                return number
-            where[0, number], where[1, number], where[2, number] = function, cell, i
-            left, right = POINTS[point], POINTS[point + 1]
-            between[0, number], between[1, number] = left, right
-            between[2, number] = left + (right - left) * here / (here - after)
-            number += 1
-    return number
+def polished(series: Any, cellwise: Any, factors: Any, where: Any, between: Any, number: int, doubt: Any, c: Any) -> None:
+    """Newton's method towards the roots, a block of them in lanes, kept in their gaps; then W and I* - I*(0) there.
 
-
-@_compiled
-def polished(series: Any, factors: Any, where: Any, between: Any, number: int, doubt: Any, rows: Any, state: Any) -> None:
-    """Newton's method towards all roots at once, kept in their gaps; one that does not converge is doubtful.
-
-    `rows` (3 * ORDER roots) holds the series of M*, of dI*/dphi, and the function's; `state` intermediate rows.
+    One that does not converge is doubtful. `c` takes the series of M*, of dI*/dphi and of the function, for all lanes;
+    `between` the local abscissa in its third row, and the two values in the first two.
     """
-    for r in range(number):
-        function, cell, i = where[0, r], where[1, r], where[2, r]
-        of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function, i]
-        for k in range(ORDER):
-            moment, slope = series[cell, 0, k, i], series[cell, 1, k, i]
-            rows[k * _ROOTS + r] = moment
-            rows[(ORDER + k) * _ROOTS + r] = slope
-            rows[(2 * ORDER + k) * _ROOTS + r] = of_work * moment + factor * slope
-    for step in range(5):
-        # values by Clenshaw's recurrence, slopes by the one of the second kind: T_k' = k U_(k-1)
-        for r in range(number):
-            t = between[2, r]
-            value, before, slope, earlier = 0.0, 0.0, 0.0, 0.0
-            for k in range(ORDER - 1, 0, -1):
-                c = rows[(2 * ORDER + k) * _ROOTS + r]
-                value, before = c + 2.0 * t * value - before, value
-                slope, earlier = k * c + 2.0 * t * slope - earlier, slope
-            value = rows[2 * ORDER * _ROOTS + r] + t * value - before
-            state[r] = value / slope if slope != 0.0 else 0.0
-        largest = 0.0
-        for r in range(number):
-            between[2, r] = min(max(between[2, r] - state[r], between[0, r]), between[1, r])
-            largest = max(largest, abs(state[r]))
-        if step > 1 and largest <= 1e-9:
-            break
-    for r in range(number):
-        if abs(state[r]) > 1e-5 and between[1, r] > between[0, r]:
-            doubt[where[2, r]] = 1.0
-
-
-@_compiled
-def accumulated(cellwise: Any, where: Any, between: Any, number: int, rows: Any, state: Any) -> None:
-    """W and I* - I*(0) at all roots, from the series of M* and dI*/dphi integrated: into the first rows of `state`."""
-    for which in range(2):
-        base = which * ORDER
-        for r in range(number):
-            t = between[2, r]
-            value, before, start = 0.0, 0.0, 0.0
-            for k in range(ORDER, 0, -1):  # of T_k: (c[k-1] - c[k+1])/2k, and 2 c[0] for c[0]
-                c = (2.0 if k == 1 else 1.0) * rows[(base + k - 1) * _ROOTS + r]
-                c = (c - (rows[(base + k + 1) * _ROOTS + r] if k + 1 < ORDER else 0.0)) * (0.5 / k)
-                value, before = c + 2.0 * t * value - before, value
-                start += c if k % 2 == 0 else -c
-            state[which * _ROOTS + r] = t * value - before - start
-    for r in range(number):
-        cell, i = where[1, r], where[2, r]
-        half = cellwise[cell, _HALF // _L, i]
-        state[r] = cellwise[cell, _START // _L, i] + half * state[r]
-        state[_ROOTS + r] = cellwise[cell, _START // _L + 1, i] + half * state[_ROOTS + r]
+    for first in range(0, number, _L):
+        for i in range(_L):
+            r = min(first + i, number - 1)
+            function, cell, lane = where[0, r], where[1, r], where[2, r]
+            of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function, lane]
+            c[_LEFT + i], c[_RIGHT_END + i], c[_AT + i] = between[0, r], between[1, r], between[2, r]
+            for k in range(ORDER):
+                moment, slope, twice = series[cell, 0, k, lane], series[cell, 1, k, lane], 2.0 if k == 0 else 1.0
+                c[k * _L + i], c[(_TERMS + k) * _L + i] = twice * moment, twice * slope
+                c[(2 * _TERMS + k) * _L + i] = of_work * moment + factor * slope
+        for step in range(5):
+            # values by Clenshaw's recurrence, slopes by the one of the second kind: T_k' = k U_(k-1)
+            for i in range(_L):
+                t = c[_AT + i]
+                value, before, slope, earlier = 0.0, 0.0, 0.0, 0.0
+                for k in range(ORDER - 1, 0, -1):
+                    term = c[(2 * _TERMS + k) * _L + i]
+                    value, before = term + 2.0 * t * value - before, value
+                    slope, earlier = k * term + 2.0 * t * slope - earlier, slope
+                value = c[2 * _TERMS * _L + i] + t * value - before
+                moved = value / slope if slope != 0.0 else 0.0
+                c[_AT + i], c[_STEP + i] = min(max(t - moved, c[_LEFT + i]), c[_RIGHT_END + i]), abs(moved)
+            largest = 0.0
+            for i in range(_L):
+                largest = max(largest, c[_STEP + i])
+            if step > 1 and largest <= 1e-9:
+                break
+        for row in range(2):
+            for i in range(_L):
+                t = c[_AT + i]
+                value, before, start = 0.0, 0.0, 0.0
+                for k in range(ORDER, 0, -1):  # of T_k: (c[k-1] - c[k+1])/2k, and 2 c[0] for c[0]
+                    term = (c[(row * _TERMS + k - 1) * _L + i] - c[(row * _TERMS + k + 1) * _L + i]) * (0.5 / k)
+                    value, before = term + 2.0 * t * value - before, value
+                    start = term - start
+                c[_GAINED + row * _L + i] = t * value - before + start
+        for i in range(min(number - first, _L)):
+            r = first + i
+            cell, lane = where[1, r], where[2, r]
+            if c[_STEP + i] > 1e-5 and between[1, r] > between[0, r]:
+                doubt[lane] = 1.0
+            half = cellwise[cell, _HALF // _L, lane]
+            between[2, r] = c[_AT + i]
+            between[0, r] = cellwise[cell, _START // _L, lane] + half * c[_GAINED + i]
+            between[1, r] = cellwise[cell, _START // _L + 1, lane] + half * c[_GAINED + _L + i]
 
 
 @_compiled
 def compared(
-    series: Any,
-    cellwise: Any,
-    factors: Any,
-    where: Any,
-    between: Any,
-    outcome: int,
-    state: Any,
-    places: Any,
-    doubt: Any,
-    out: Any,
+    series: Any, cellwise: Any, factors: Any, where: Any, between: Any, outcome: int, best: Any, doubt: Any, out: Any
 ) -> None:
-    """The extremes of every function over edges and roots, the places of the fastest and the slowest point, those of I*."""
-    number = series.shape[0]
+    """The extremes of every function over edges and roots, and those of I*.
+
+    `best` (functions, 2, 4, LANES) takes the greatest value and the negative least, cell, local abscissa and I* - I*(0).
+    """
+    number, work_at, variation_at, reached = series.shape[0], _STOP // _L, _STOP // _L + 1, np.zeros(_L)
+    best[:] = 0.0  # at the first edge
+    best[:, :, 2] = -1.0
     for function in range(5):
-        of_work = 0.0 if function == INERTIA else 1.0
-        for i in range(_L):
-            out[_GREATEST + function, i], out[_LEAST + function, i] = 0.0, 0.0  # at the first edge
+        of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function]
         for k in range(2):
-            if function == FAST + k:
+            e, sign = best[function, k], 1.0 - 2.0 * k
+            for cell in range(number):
+                place, t = (cell + 1.0, -1.0) if cell + 1 < number else (1.0 * cell, 1.0)
                 for i in range(_L):
-                    places[k, i], places[k + 2, i], out[_MOVING + k, i] = 0.0, -1.0, 0.0
-        for cell in range(number):
-            for i in range(_L):
-                value = of_work * cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
-                place, t = (cell + 1, -1.0) if cell + 1 < number else (cell, 1.0)
-                if value > out[_GREATEST + function, i]:
-                    out[_GREATEST + function, i] = value
-                    if function == FAST:
-                        places[0, i], places[2, i], out[_MOVING, i] = place, t, cellwise[cell, _STOP // _L + 1, i]
-                if value < out[_LEAST + function, i]:
-                    out[_LEAST + function, i] = value
-                    if function == SLOW:
-                        places[1, i], places[3, i], out[_MOVING + 1, i] = place, t, cellwise[cell, _STOP // _L + 1, i]
+                    variation = cellwise[cell, variation_at, i]
+                    value = sign * (of_work * cellwise[cell, work_at, i] + factor[i] * variation)
+                    better = value > e[0, i]
+                    e[0, i], e[1, i] = value if better else e[0, i], place if better else e[1, i]
+                    e[2, i], e[3, i] = t if better else e[2, i], variation if better else e[3, i]
     for r in range(outcome):
         function, cell, i = where[0, r], where[1, r], where[2, r]
-        value = factors[function, i] * state[_ROOTS + r] + (0.0 if function == INERTIA else state[r])
-        if value > out[_GREATEST + function, i]:
-            out[_GREATEST + function, i] = value
-            if function == FAST:
-                places[0, i], places[2, i], out[_MOVING, i] = cell, between[2, r], state[_ROOTS + r]
-        if value < out[_LEAST + function, i]:
-            out[_LEAST + function, i] = value
-            if function == SLOW:
-                places[1, i], places[3, i], out[_MOVING + 1, i] = cell, between[2, r], state[_ROOTS + r]
+        value = factors[function, i] * between[1, r] + (0.0 if function == INERTIA else between[0, r])
+        for k in range(2):
+            if (1.0 - 2.0 * k) * value > best[function, k, 0, i]:
+                best[function, k, 0, i], best[function, k, 1, i] = (1.0 - 2.0 * k) * value, cell
+                best[function, k, 2, i], best[function, k, 3, i] = between[2, r], between[1, r]
         if function == INERTIA:
             inside, w = value_at(series, 2, cell, i, between[2, r]), cellwise[cell]
             w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
             w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
-    enough, reached = np.zeros(_L), np.zeros(_L)
+    out[_GREATEST:_LEAST], out[_LEAST:_FASTEST] = best[:, 0, 0], 0.0 - best[:, 1, 0]
     for k in range(2):  # where rounding alone tells several extremes apart, which is the first is in doubt
         function, sign = FAST + k, 1.0 - 2.0 * k
+        out[_MOVING + k] = best[function, k, 3]
+        enough = best[function, k, 0] - SAME * np.maximum(np.abs(best[function, 0, 0]), np.abs(best[function, 1, 0]))
         for i in range(_L):
-            greatest, least = out[_GREATEST + function, i], out[_LEAST + function, i]
-            enough[i] = (greatest if k == 0 else -least) - SAME * max(abs(greatest), abs(least))
             reached[i] = 1.0 if enough[i] <= 0.0 else 0.0  # at the first edge
         for cell in range(number):
             for i in range(_L):
-                value = cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
+                value = cellwise[cell, work_at, i] + factors[function, i] * cellwise[cell, variation_at, i]
                 reached[i] += 1.0 if sign * value >= enough[i] else 0.0
         for r in range(outcome):
             i = where[2, r]
-            if where[0, r] == function and sign * (state[r] + factors[function, i] * state[_ROOTS + r]) >= enough[i]:
+            if where[0, r] == function and sign * (between[0, r] + factors[function, i] * between[1, r]) >= enough[i]:
                 reached[i] += 1.0
         for i in range(_L):
-            if reached[i] > 1.0:
-                doubt[i] = 1.0
-    for i in range(_L):
-        out[_EXTENT, i], out[_EXTENT + 1, i] = np.inf, -np.inf
-        out[_EXTENT + 2, i], out[_EXTENT + 3, i] = -np.inf, -np.inf
+            doubt[i] = 1.0 if reached[i] > 1.0 else doubt[i]
+    out[_EXTENT], out[_EXTENT + 1 : _MEAN_AT] = np.inf, -np.inf
     for cell in range(number):
         w = cellwise[cell]
         for i in range(_L):
@@ -618,28 +540,25 @@ def slope_at(series: Any, row: int, cell: int, i: int, t: float) -> Any:
 
 
 @_compiled
-def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, doubt: Any, out: Any) -> None:
+def placed(values: Any, edges: Any, series: Any, cellwise: Any, factors: Any, best: Any, doubt: Any, out: Any) -> None:
     """The angles of the fastest and the slowest point, with the error of the worse; see `batch.places`."""
     number, of_half, of_noise = series.shape[0], _HALF // _L, _NOISE // _L
     for i in range(_L):
-        end = cellwise[0, _END // _L, i]
+        end = edges[number, i]
         own = out[_WORK_ERROR, i] / end
-        out[_ANGLE, i] = 4 * _EPS * end
+        out[_ANGLE, i] = 4 * ROUNDING * end
         for k in range(2):
-            cell, t, factor = int(places[k, i]), places[k + 2, i], factors[FAST + k, i]
+            cell, t, factor = int(best[FAST + k, k, 1, i]), best[FAST + k, k, 2, i], factors[FAST + k, i]
             w, size, error = cellwise[cell], abs(factor), 0.0
             half = w[of_half, i]
             edge = cell + (1 if t > 0.0 else 0)
-            if abs(t) < 1.0:
-                out[_FASTEST + k, i] = w[_MIDDLE // _L, i] + half * t
-            else:
-                out[_FASTEST + k, i] = 0.0 if edge == 0 else cellwise[edge - 1, _RIGHT // _L, i]
-            if abs(t) < _ROOT_RANGE:
+            out[_FASTEST + k, i] = w[_MIDDLE // _L, i] + half * t if abs(t) < 1.0 else edges[edge, i]
+            if abs(t) < ROOT_RANGE:
                 slope = abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / half
                 noise = w[of_noise, i] + size * w[of_noise + 1, i] + own
                 noise += factors[5, i] * size * abs(value_at(series, 1, cell, i, t))
-                error = min(noise / max(slope, _LEAST_DIVISOR), 2 * half)
-            if abs(t) >= _ROOT_RANGE - 8 * _EPS * end / half:
+                error = min(noise / max(slope, 1e-300), 2 * half)
+            if abs(t) >= ROOT_RANGE - 8 * ROUNDING * end / half:
                 before, after = (edge - 1) % number, edge % number
                 left = values[before, 0, _P - 1, i] + factor * values[before, 1, _P - 1, i]
                 right = values[after, 0, 0, i] + factor * values[after, 1, 0, i]
@@ -647,7 +566,7 @@ def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, d
                 of_right = cellwise[after, of_noise, i] + size * cellwise[after, of_noise + 1, i] + own
                 if not (abs(left) > of_left and abs(right) > of_right and (left > 0.0) != (right > 0.0)):
                     doubt[i] = 1.0
-            out[_ANGLE, i] = max(out[_ANGLE, i], error + 4 * _EPS * end)
+            out[_ANGLE, i] = max(out[_ANGLE, i], error + 4 * ROUNDING * end)
 
 
 @_compiled
@@ -655,80 +574,86 @@ def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknow
     """All sums of the cycles of groups of lanes, (groups, rows, LANES)."""
     number = half.shape[1]
     series, cellwise, sums_of = np.zeros((number, 3, ORDER, _L)), np.zeros((number, _CELL // _L, _L)), np.zeros(_CYCLE)
-    folded, row, places, doubt = np.zeros(ORDER * _L), np.zeros(_P * _L), np.zeros((4, _L)), np.zeros(_L)
+    folded, row, best, doubt = np.zeros(ORDER * _L), np.zeros(_P * _L), np.zeros((5, 2, 4, _L)), np.zeros(_L)
     where, between = np.zeros((3, _ROOTS), np.int64), np.zeros((3, _ROOTS))
-    rows, state = np.zeros(3 * ORDER * _ROOTS), np.zeros(2 * _ROOTS)
+    block = np.zeros(_BLOCK)
     for g in range(values.shape[0]):
         doubt[:] = 0.0
-        for cell in range(number):
-            for i in range(_L):
-                cellwise[cell, _HALF // _L, i] = half[g, cell, i]
-                cellwise[cell, _MIDDLE // _L, i] = middle[g, cell, i]
-                cellwise[cell, _RIGHT // _L, i] = edges[g, cell + 1, i]
-                cellwise[cell, _END // _L, i] = edges[g, number, i]
+        cellwise[:, 0], cellwise[:, 1], cellwise[:, 2], cellwise[:, 3] = half[g], middle[g], edges[g, 1:], edges[g, number]
         balanced(values[g], cellwise, unknown, out[g])
         errors_of(values[g], series, cellwise, sums_of, folded, unknown, out[g])
         extremes = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
-        polished(series, factors[g], where, between, extremes, doubt, rows, state)
-        accumulated(cellwise, where, between, extremes, rows, state)
-        compared(series, cellwise, factors[g], where, between, extremes, state, places, doubt, out[g])
-        placed(values[g], series, cellwise, factors[g], places, doubt, out[g])
-        for i in range(_L):
-            out[g, _DOUBT, i] = doubt[i]
+        polished(series, cellwise, factors[g], where, between, extremes, doubt, block)
+        compared(series, cellwise, factors[g], where, between, extremes, best, doubt, out[g])
+        placed(values[g], edges[g], series, cellwise, factors[g], best, doubt, out[g])
+        out[g, _DOUBT] = doubt
 
 
 # -- chunks ----------------------------------------------------------------------------------------------------------------
 
+_DOUBTFUL = 512  # designs that numpy sums up at a time
 _BLOCK_CELLS = 48  # cells of a group of lanes that are filled before they are worked on: so much stays in the cache
+
+
+def _grouped(count: int, *rows: Any) -> Array:
+    """Rows of designs as (groups, rows, LANES); the last design fills up the last group."""
+    full = np.empty((len(rows), -(-count // _L) * _L))
+    for into, row in zip(full, rows, strict=True):
+        into[:count] = row
+    full[:, count:] = full[:, count - 1 : count]
+    return np.ascontiguousarray(full.reshape(len(rows), -1, _L).swapaxes(0, 1))
+
+
+def _filled(pieces: Pieces, columns: Array, edges: Array) -> tuple[tuple[Array, Array, Array], Callable[..., None]]:
+    """Edges, middles and half widths of the cells of groups, and what fills an array with the values of some groups."""
+    count = edges.shape[1]
+    at = _grouped(count, *edges)
+    half = 0.5 * (at[:, 1:] - at[:, :-1])
+    middle = at[:, :-1] + half
+    prepared = []
+    for piece, program in pieces:
+        of_design, places, function = filler(program)
+        prepared.append((function, piece, _grouped(count, *of_design(*columns), 0.0), places))
+
+    def fill(part: slice, values: Array) -> None:
+        for function, piece, given, places in prepared:
+            function(piece.start, piece.stop, middle[part], half[part], given[part], places, values)
+
+    return (at, middle, half), fill
 
 
 def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> Sums:
     """The cycles of a chunk of designs, as `batch.sums`."""
     count = edges.shape[1]
-    groups = -(-count // _L)
-
-    def grouped(*rows: Any) -> Array:
-        """Rows of designs as (groups, rows, LANES); the last design fills up the last group."""
-        full = np.empty((len(rows), groups * _L))
-        for into, row in zip(full, rows, strict=True):
-            into[:count] = row
-        full[:, count:] = full[:, count - 1 : count]
-        return np.ascontiguousarray(full.reshape(len(rows), groups, _L).swapaxes(0, 1))
-
     square, eps = givens.speed**2, givens.irregularity
     fast, slow = (-0.5 * (1 + sign * eps / 2) ** 2 * square for sign in (1, -1))
-    factors = grouped(0.0, fast, slow, -0.5 * square, 1.0, givens.loose)
-    at = grouped(*edges)
-    half = 0.5 * (at[:, 1:] - at[:, :-1])
-    middle = at[:, :-1] + half
-    prepared = []
-    for piece, program in pieces:
-        of_design, places, fill = filler(program)
-        prepared.append((fill, piece, grouped(*of_design(*columns), 0.0), places))
-    size = max(1, _BLOCK_CELLS // half.shape[1])
-    values, out = np.zeros((size, half.shape[1], 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
+    factors = _grouped(count, 0.0, fast, slow, -0.5 * square, 1.0, givens.loose)
+    (at, middle, half), fill = _filled(pieces, columns, edges)
+    groups, number, _ = half.shape
+    size = max(1, _BLOCK_CELLS // number)
+    values, out = np.zeros((size, number, 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
     for first in range(0, groups, size):
         part = slice(first, min(first + size, groups))
         block = values[: part.stop - first]
-        for fill, piece, given, places in prepared:
-            fill(piece.start, piece.stop, middle[part], half[part], given[part], places, block)
+        fill(part, block)
         cycles(block, at[part], middle[part], half[part], factors[part], givens.unknown, out[part])
     rows = out.swapaxes(0, 1).reshape(_DOUBT + 1, -1)[:, :count]
-    totals = Sums(
-        **dict(zip(Sums._fields, rows[:9], strict=False)),
-        greatest=rows[_GREATEST:_LEAST],
-        least=rows[_LEAST:_FASTEST],
-        fastest=rows[_FASTEST],
-        slowest=rows[_SLOWEST],
-        angle=rows[_ANGLE],
-        moving=rows[_MOVING:_EXTENT],
-        extent=rows[_EXTENT:_MEAN_AT],
-        mean=rows[_MEAN_AT:_LARGEST],
-        largest=rows[_LARGEST],
-    )
+    totals = Sums(*(rows[k] if end - k == 1 else rows[k:end] for k, end in pairwise(_ROWS)))
     doubtful = np.flatnonzero((rows[_DOUBT] != 0.0) | np.isnan(rows[_EXCHANGED] + rows[_LARGEST]))
-    if doubtful.size:
-        own = givens.of(doubtful)
-        for into, value in zip(totals, batch.sums(pieces, own, columns[:, doubtful], edges[:, doubtful]), strict=True):
-            into[..., doubtful] = value
+    for few in np.split(doubtful, range(_DOUBTFUL, doubtful.size, _DOUBTFUL)) if doubtful.size else ():
+        own = _sums_by_numpy(pieces, givens.of(few), columns[:, few], edges[:, few])
+        for into, value in zip(totals, own, strict=True):
+            into[..., few] = value
     return totals
+
+
+def _sums_by_numpy(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> Sums:
+    """The same by numpy, from values that machine code has computed where no angle is too great for its sine."""
+    (_, middle, _), fill = _filled(pieces, columns, edges)
+    groups, number, _ = middle.shape
+    values = np.zeros((groups, number, 6, _P, _L))
+    fill(slice(None), values)
+    if np.isnan(values).any():
+        return batch.sums(pieces, givens, columns, edges)
+    rows = np.moveaxis(values, (2, 3), (0, 1)).swapaxes(2, 3).reshape(6, _P, number, -1)[..., : edges.shape[1]]
+    return batch.summed_values(np.ascontiguousarray(rows), givens, edges)

@@ -292,14 +292,14 @@ def tails(series: Array) -> Array:
     """
     size = np.abs(series[..., -6:])
     pairs = np.maximum(size[..., ::2], size[..., 1::2])
-    return tail(pairs[..., 0], pairs[..., 1], pairs[..., 2])
+    return np.asarray(tail(pairs[..., 0], pairs[..., 1], pairs[..., 2]))
 
 
-def tail(first: Array, middle: Array, last: Array) -> Array:
+def tail(first: Any, middle: Any, last: Any) -> Any:
     """Estimated error by the last three pairs of coefficients, the greater size of each; see `tails`."""
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
-    return np.asarray(np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last))
+    return np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last)
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:
