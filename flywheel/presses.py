@@ -1,9 +1,11 @@
 """Work and rate of presses: energy of a stroke, engagement, single strokes."""
 
 from flywheel.components.press_work import (
+    BandBrake,
     Engagement,
     PressCycle,
     SingleStroke,
+    band_brake,
     busy_time,
     cutting_energy,
     engage,
@@ -18,9 +20,11 @@ from flywheel.components.press_work import (
 )
 
 __all__ = [
+    "BandBrake",
     "Engagement",
     "PressCycle",
     "SingleStroke",
+    "band_brake",
     "busy_time",
     "cutting_energy",
     "engage",

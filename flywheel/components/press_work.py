@@ -415,6 +415,37 @@ def safety_distance(approach: float, stopping: float, intrusion: float = 0.0) ->
     return approach * stopping + intrusion
 
 
+class BandBrake(NamedTuple):
+    """Torques (N m) of a band brake: against the rotation that tightens its band, and `reverse_torque` against the other."""
+
+    torque: float
+    reverse_torque: float
+
+
+def band_brake(pull: float, radius: float, friction: float, wrap: float) -> BandBrake:
+    """Torques of a simple band brake, with one end of the band fixed: F (e^(mu a) - 1) r and F (1 - e^(-mu a)) r.
+
+    Args:
+        pull: F at the other end of the band, N; it is the slack end in the rotation that tightens the band.
+        radius: r of the drum, m.
+        friction: mu between band and drum.
+        wrap: a, angle of the band on the drum, rad.
+
+    Raises:
+        SceneError: if a number is below 0.
+
+    Valid for a thin band without bending stiffness. Source: Shigley, Mechanical Engineering Design, chapter 16 (band-type
+    clutches and brakes).
+
+    >>> [round(torque, 3) for torque in band_brake(1000.0, 0.2, 0.3, 4.712388980384690)]
+    [622.199, 151.353]
+
+    """
+    _check(pull=(pull, NOT_NEGATIVE, "N"), radius=(radius, NOT_NEGATIVE, "m"))
+    _check(friction=(friction, NOT_NEGATIVE, ""), wrap=(wrap, NOT_NEGATIVE, "rad"))
+    return BandBrake(pull * radius * expm1(friction * wrap), -pull * radius * expm1(-friction * wrap))
+
+
 class Engagement(NamedTuple):
     """A slipping clutch that has brought two sides to one speed (rad/s).
 

@@ -31,7 +31,7 @@ from flywheel.motions.stroke_course import (
     speed_extremes,
     temperature,
 )
-from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, fitted, periodic, regaining
+from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, fitted, holding, periodic, regaining
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
@@ -64,6 +64,11 @@ _NO_FLYWHEELS = "approximate", "approximate_total", "inertia_torque", "needed"
 _NULL = "a machine that works stroke by stroke has no steady cycle: its crank stands still between strokes"
 _TIME, _RECOVERY = "time of the stroke", "recovery of the drive"
 _MOTOR_TORQUE, _MOTOR_HEAT = "motor torque", "motor heat"
+_LOADS_OF = {
+    "clutch": ("clutch torque", "clutch heat a stroke", "clutch heat an hour"),
+    "brake": ("brake at rest", "brake heat a stroke", "brake heat an hour"),
+    "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
+}
 _HOUR = 3600.0
 _NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SAFETY, _CARRIED = 2.0, 1.5
@@ -130,6 +135,48 @@ def share_name(name: str) -> str:
         _TIME: _("time of the stroke"),
         _RECOVERY: _("recovery of the drive"),
     }.get(name, name)
+
+
+def exceeds(share: float, error: float) -> bool:
+    """Tests whether a load is over its limit by more than its error, and by more than a limit is sized to.
+
+    >>> exceeds(1.0 + 1e-9, 0.0), exceeds(1.01, 1e-9)
+    (False, True)
+    """
+    return share > 1.0 + max(error, _BROKEN)
+
+
+class Verdict(NamedTuple):
+    """The answer whether a part suffices for the rate, None without a limit, and its `load` that is greatest over its limit.
+
+    `share` is that load over its limit, `unknown` the key of the heat that has no limit.
+    """
+
+    part: str
+    suffices: bool | None
+    load: str | None
+    share: float | None
+    unknown: str | None
+
+
+def verdicts_of_parts(result: SingleStroke) -> tuple[Verdict, ...]:
+    """The answers whether flywheel, clutch, brake and motor each suffice for the rate.
+
+    A flywheel suffices that carries the stroke and keeps its limits, as others are refused. A clutch does not if it slips
+    under the work, a brake if the crank passes `stop_at` by more than ten degrees, a motor if its inverter trips.
+    """
+    verdicts = [Verdict("flywheel", True, None, None, None)]
+    fails = {"clutch": bool(result.phases.slips), "brake": result.overrun > _NEAR_STOP, "motor": bool(result.trips)}
+    for part, names in _LOADS_OF.items():
+        loads = {name: result.shares[name] for name in names if name in result.shares}
+        top = max(loads, key=lambda name: loads[name], default=None)
+        failing = fails[part] or any(exceeds(share, result.error["shares"][name]) for name, share in loads.items())
+        known = any(part == "motor" or "heat" in name for name in loads)
+        if part != "motor" or result.scene.motor is not None:
+            unknown = None if known or part == "motor" else f"{part}_heat_per_hour"
+            suffices = False if failing else known or None
+            verdicts.append(Verdict(part, suffices, top, None if top is None else loads[top], unknown))
+    return tuple(verdicts)
 
 
 def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
@@ -203,7 +250,11 @@ class SingleStroke:
     def verdicts(self) -> tuple[str, ...]:
         """Sentences on trips, loads beyond limits, a clutch that slips under the work, and a crank far from its stop."""
         messages = [*trip_messages(self.trips)]
-        messages += [f"{name}: {100 * share:.4g} % of its limit" for name, share in self.shares.items() if share > 1.0]
+        messages += [
+            f"{name}: {100 * share:.4g} % of its limit"
+            for name, share in self.shares.items()
+            if exceeds(share, self.error["shares"][name])
+        ]
         if self.phases.slips:
             angle, time, heat = (self.figures[f"second_slip_{name}"] for name in ("angle", "time", "heat"))
             where = math.degrees(float(angle or 0.0) % TURN)
@@ -262,6 +313,7 @@ class SingleStroke:
                 "formulas": dict(self.formulas),
                 "shares": dict(self.shares),
                 "energy": dict(self.energy),
+                "suffices": {one.part: one.suffices for one in verdicts_of_parts(self)},
                 "verdicts": list(self.verdicts),
                 "trips": [trip._asdict() for trip in self.trips],
             },
@@ -341,12 +393,14 @@ def single_stroke(
         for name in limits:
             reached, lone = of_limits.get(name, (0.0, 0.0))
             limits[name] = limits[name]._replace(reached_error=reached, alone_error=lone)
+    over = {name for name, share in tight.shares.items() if exceeds(share, error["shares"][name])}
+    keeps_up = None if _MOTOR_TORQUE not in tight.shares else not over & {_MOTOR_TORQUE, _MOTOR_HEAT}
     return SingleStroke(
         scene,
         scene.flywheel_on,
         strokes.inertia,
         scene.inertia is not None,
-        {**tight.figures, "greatest_rate": greatest, "decides": decides},
+        {**tight.figures, "keeps_up": keeps_up, "greatest_rate": greatest, "decides": decides},
         _by_formulas(strokes, tight),
         tight.shares,
         tight.energy,
@@ -367,7 +421,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
         coarse = temperature(strokes, driving_sides(strokes, tight.phases), 5)
         error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
-    if tight.figures["keeps_up"] is not None:
+    if _MOTOR_TORQUE in tight.shares:
         error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
     return error
 
@@ -419,7 +473,7 @@ class _Run(NamedTuple):
         """The speeds of a stroke that returns."""
         energy = _energy(strokes, phases)
         figures = _figures(strokes, phases, energy)
-        shares = {name: figures[key] / limit for name, (key, limit) in load_limits(strokes, figures).items()}
+        shares = {name: figures[key] / limit for name, (key, limit) in load_limits(strokes, phases, figures).items()}
         return cls(phases, figures, shares, energy)
 
 
@@ -432,11 +486,9 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
     drive = drive_load(strokes, sides, phases.period)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
-    within = [(drive[key] or 0.0) <= limit for key, limit in _motor_limits(strokes.scene.motor, drive).values()]
     return {
         "period": phases.period,
         "rate": plan.continuous / phases.period,
-        "keeps_up": all(within) if within else None,
         "speed_greatest": speeds.high * wheel,
         "speed_least": speeds.low * wheel,
         "irregularity": speeds.irregularity,
@@ -528,7 +580,7 @@ def _motor_limits(motor: Motor | None, load: Mapping[str, Any]) -> dict[str, tup
     return limits
 
 
-def load_limits(strokes: Strokes, figures: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
+def load_limits(strokes: Strokes, phases: Phases, figures: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
     """The loads that have limits: the key of each one's figure, and its limit."""
     clutch, brake, motor = strokes.clutch, strokes.brake, strokes.scene.motor
     limits = _motor_limits(motor, figures)
@@ -544,7 +596,8 @@ def load_limits(strokes: Strokes, figures: Mapping[str, Any]) -> dict[str, tuple
         heat = "clutch_heat" if part is clutch else "brake_heat"
         limits |= {} if part.heat_per_stroke is None else {stroke: (heat, part.heat_per_stroke)}
         limits |= {} if part.heat_per_hour is None else {hour: (f"{heat}_per_hour", part.heat_per_hour)}
-    return limits | {"brake at rest": ("holding_torque", brake.torque), _TIME: ("stroke_time", figures["period"])}
+    held = holding(brake, phases.resting)
+    return limits | {"brake at rest": ("holding_torque", held), _TIME: ("stroke_time", figures["period"])}
 
 
 # -- energy ------------------------------------------------------------------------------------------------------------

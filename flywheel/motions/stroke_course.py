@@ -108,15 +108,26 @@ def _clutch_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
     return torques
 
 
-def _brake_torque(strokes: Strokes, phases: Phases, times: Array) -> Array:
-    """The torque (N m) of the brake on its shaft: against the motion, and at rest the holding torque."""
-    brake, torques = strokes.brake, np.zeros(times.size)
+def _brake_torque(strokes: Strokes, phases: Phases, times: Array, speeds: Array) -> Array:
+    """The torque (N m) of the brake on its shaft at speeds of the crank: against the motion; at rest that which holds it."""
+    brake, on, torques, ratio = (
+        strokes.brake,
+        strokes.clutch.on,
+        np.zeros(times.size),
+        strokes.scene.shafts[strokes.brake.on],
+    )
     since, released = times - phases.brake_time, times < brake.fall
     acts = (since >= 0.0) & (times <= phases.stop_time)
     torques[acts] = -torque_at(Ramp(brake.torque, 0.0, brake.rise), since[acts])
-    torques[times > phases.stop_time] = -phases.resting / strokes.scene.shafts[brake.on]
-    if brake.fall > 0.0:
-        torques[released] = -torque_at(Ramp(brake.torque, 0.0, brake.fall, True), times[released])
+    torques[times > phases.stop_time] = -phases.resting / ratio
+    if released.any():
+        forwards, backwards = (
+            torque_at(Ramp(torque, 0.0, brake.fall, True), times) for torque in (brake.torque, brake.reverse_torque)
+        )
+        torques[released] = np.where(speeds < 0.0, backwards, -forwards)[released]
+    held = released & (speeds == 0.0)  # the clutch's torque is not yet enough
+    gain = strokes.ratio * math.prod(strokes.scene.efficiencies.get(name, 1.0) for name in strokes.scene.inwards(on))
+    torques[held] = -(phases.resting + gain * torque_at(phases.legs[0].torque, times[held])) / ratio
     return torques
 
 
@@ -177,6 +188,7 @@ def course(strokes: Strokes, phases: Phases, count: int) -> Course:
     time = np.concatenate(parts)
     side = _SIDE * phases.period
     inside = np.concatenate([np.clip(part, part[0] + side, part[-1] - side) for part in parts])
+    inside[0] = 0.0  # a period has no other side there
     phi, crank = crank_at(phases, inside)
     driving = _driving_speeds(strokes, phases, inside)
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
@@ -193,7 +205,7 @@ def course(strokes: Strokes, phases: Phases, count: int) -> Course:
         driving,
         strokes.ratio * crank,
         _clutch_torque(strokes, phases, inside),
-        _brake_torque(strokes, phases, inside),
+        _brake_torque(strokes, phases, inside, crank),
         drive_torque(strokes, ratio * driving),
         drive_work,
         0.5 * inertia * (driving[0] ** 2 - driving**2),

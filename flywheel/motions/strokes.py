@@ -25,7 +25,7 @@ from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.free_motion import Goal, follow, neighbours, straight
-from flywheel.scene.scene import TURN, Load, Scene
+from flywheel.scene.scene import TURN, Brake, Load, Scene
 
 _RPM = 30.0 / math.pi
 _SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between them where the torque is looked at
@@ -233,7 +233,13 @@ class Strokes:
 
     def _braking(self, brake: Ramp) -> Load:
         """The brake as a load: one that falls may hold the crank at rest, one that builds up acts until the crank rests."""
-        return _load(self.brake.on, f"-{ramp(brake)}{'*sign(omega)' if brake.falls else ''}", BRAKE)
+        law = f"-{ramp(brake)}"
+        if (
+            brake.falls
+        ):  # the torques of both directions are their mean with the sign of the motion, and half their difference
+            share = self.brake.reverse_torque / self.brake.torque
+            law += f"*({0.5 + 0.5 * share!r}*sign(omega) + {0.5 - 0.5 * share!r})" if share != 1.0 else "*sign(omega)"
+        return _load(self.brake.on, law, BRAKE)
 
     def _engaged(self, sense: int, clutch: Ramp, brake: Ramp | None) -> tuple[Dynamics, Dynamics]:
         """Both sides with the slipping clutch (sense 1 or -1) and a brake that acts; while it is locked twice the whole."""
@@ -616,11 +622,13 @@ class Strokes:
         braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
         stiction = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
-        brake, moment, ratio = self.brake.torque, stiction.moment, self.scene.shafts[self.brake.on]
+        moment, ratio = stiction.moment, self.scene.shafts[self.brake.on]
+        brake = holding(self.brake, moment)
         if abs(moment) > brake * ratio + stiction.friction:
+            key = "torque" if moment > 0.0 or self.brake.reverse_torque == self.brake.torque else "reverse_torque"
             defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
             advice = f"at least {(abs(moment) - stiction.friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
-            raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that holds the crank at rest", advice)])
+            raise SceneError([Fault(f"{BRAKE}.{key}", defect, "one that holds the crank at rest", advice)])
         return coasting, braking, brake_time, stiction.moment
 
     def inching(self, touch: float) -> float:
@@ -781,6 +789,11 @@ def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
             break
         rest += off / (1.0 - slope)
     return phases._replace(slopes=guess.slopes)
+
+
+def holding(brake: Brake, moment: float) -> float:
+    """The greatest torque (N m) of a brake at rest, against a moment that would turn it forwards (above 0) or backwards."""
+    return brake.torque if moment > 0.0 else brake.reverse_torque
 
 
 def beyond(scene: Scene, shaft: str) -> list[str]:

@@ -634,9 +634,11 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     if not (plan.clean and clutch.clean and brake.clean):
         return None
     shared = ("rise", "fall", "heat_per_stroke", "heat_per_hour")
+    held, reverse = brake.fields["torque"], brake.fields["reverse_torque"]
+    reverse = held if reverse is None else reverse
     return SingleStroke(
         Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in (*shared, "hold"))),
-        Brake(shaft, brake.fields["torque"], brake.fields["engage"], *(brake.fields[name] for name in shared)),
+        Brake(shaft, held, reverse, brake.fields["engage"], *(brake.fields[name] for name in shared)),
         plan.fields["rate"],
         plan.fields["idle"],
         stop_at,

@@ -297,6 +297,9 @@ _SECTIONS = (
         (
             _ON_SHAFT,
             Key("torque", "torque", "against the shaft's rotation", None, POSITIVE, required=True),
+            Key(
+                "reverse_torque", "torque", "of a band brake, against a rotation backwards (default: torque)", None, POSITIVE
+            ),
             Key("engage", "angle", "crank angle at which it is applied", required=True, range=_ONCE_ROUND),
             Key("release", "angle", "crank angle at which it is released: that of stop_at", range=_ONCE_ROUND),
             *_RAMPS[:1],

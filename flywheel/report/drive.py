@@ -13,7 +13,7 @@ from flywheel.components.motors.motor import Fact
 from flywheel.components.press_work import engage
 from flywheel.language import message
 from flywheel.language import text as _
-from flywheel.motions.single_stroke import BY_KEY, SingleStroke, load_limits, rate_limit, share_name
+from flywheel.motions.single_stroke import BY_KEY, SingleStroke, exceeds, load_limits, rate_limit, share_name
 from flywheel.motions.stroke_course import driven_inertia, driving_inertia
 from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
@@ -647,12 +647,14 @@ def _drive(result: SingleStroke) -> Section:
 
 
 def _loads(result: SingleStroke) -> Section:
-    limits, loads = load_limits(result.strokes, result.figures), list[tuple[Cell, ...]]()
+    limits, loads = load_limits(result.strokes, result.phases, result.figures), list[tuple[Cell, ...]]()
     for name, share in result.shares.items():
         key, limit = limits[name]
         unit = BY_KEY[key].unit
         loads.append((share_name(name), _of(result, key, "", unit), Quantity("", limit, unit), Quantity("", share, "%")))
-    beyond = frozenset(k for k, share in enumerate(result.shares.values()) if share > 1.0)
+    beyond = frozenset(
+        k for k, name in enumerate(result.shares) if exceeds(result.shares[name], result.error["shares"][name])
+    )
     names = _("load"), _("value"), _("limit"), _("of its limit")
     parts: list[Part] = [Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
     parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]

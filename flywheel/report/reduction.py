@@ -724,7 +724,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
         branch = ""
     if not branch or abs(value - force.value) > 1e-9 * max(abs(value), abs(force.value)):
         shortened = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
-        yield Step(name, result=force, how=_("By its expression: {text}", text=shortened), note=acts)
+        yield Step(name, result=force, how=_("By its expression: {text}", text=message(shortened)), note=acts)
         return
     yield from preparation
     used = formulas.symbols(f"{force.symbol} = {branch}")

@@ -343,11 +343,13 @@ class Clutch(NamedTuple):
 class Brake(NamedTuple):
     """A brake on a shaft that stops with the crank: torque (N m) at it, applied at a crank angle `engage` (rad).
 
-    `rise` (s) is the time in which its torque builds up evenly, `fall` that in which it vanishes when a stroke begins.
+    `reverse_torque` (N m) is that against a rotation backwards, which differs for a band brake. `rise` (s) is the time in
+    which its torque builds up evenly, `fall` that in which it vanishes when a stroke begins.
     """
 
     on: str
     torque: float
+    reverse_torque: float
     engage: float
     rise: float = 0.0
     fall: float = 0.0

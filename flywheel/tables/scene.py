@@ -128,6 +128,8 @@ def _clutch_and_brake(plan: SingleStroke, units: TradeUnits) -> Iterator[SceneLi
     yield SceneLine("clutch", _("clutch"), _on(clutch.on), ", ".join([*texts, *_ramps(clutch, units)]))
     words = {"torque": units.read(brake.torque, "torque"), "angle": units.read(brake.engage, "angle")}
     texts = [_("{torque}, applied at {angle}", **words)]
+    if brake.reverse_torque != brake.torque:
+        texts.append(_("{torque} against a rotation backwards", torque=units.read(brake.reverse_torque, "torque")))
     yield SceneLine("brake", _("brake"), _on(brake.on), ", ".join([*texts, *_ramps(brake, units)]))
 
 

@@ -15,6 +15,7 @@ from flywheel.motions.single_stroke import (
     load_limits,
     rate_limit,
     share_name,
+    verdicts_of_parts,
 )
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
@@ -67,6 +68,7 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
     return (
         Block("title", title),
         machine_block(result.scene, system),
+        _parts(result, system),
         _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=remarks),
@@ -103,9 +105,28 @@ def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
         )
 
 
+def _parts(result: SingleStroke, system: TradeUnits) -> Block:
+    """Answers for each part whether it suffices, with its load that is nearest to its limit, or its heat without one."""
+    names = {"flywheel": _("flywheel"), "clutch": _("clutch"), "brake": _("brake"), "motor": _("motor")}
+    fall = number(f"{_PERCENT * (1.0 - result.speed_least / result.speed_greatest):.3g}")
+    words, rows = {True: _("suffices"), False: _("DOES NOT SUFFICE")}, list[Row]()
+    for one in verdicts_of_parts(result):
+        notes = [_("its speed falls by {fall} %", fall=fall)] if one.part == "flywheel" else []
+        if one.unknown is not None:
+            heat = written(BY_KEY[one.unknown], float(result.figures[one.unknown] or 0.0), 0.0, system)
+            notes.append(_("{heat} an hour, no limit given", heat=heat))
+        if one.load is not None:
+            share = number(f"{_PERCENT * (one.share or 0.0):.3g}")
+            notes.append(_("{load} at {share} %", load=share_name(one.load), share=share))
+        unclear = _("check heat") if one.unknown else _("not rated")
+        rows.append(Row(names[one.part], unclear if one.suffices is None else words[one.suffices], "", "; ".join(notes)))
+    rate = number(figure(60.0 * result.rate, 60.0 * result.error["rate"], 4))
+    return Block("parts", _("Do the parts suffice for {rate} strokes a minute?", rate=rate), tuple(rows))
+
+
 def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
     inertia = system.written(result.inertia, "inertia", result.error.get("inertia", 0.0))
-    origin = _("given") if result.is_analysis else _("sized")
+    origin = _("as given") if result.is_analysis else _("sized")
     names, rows = limit_names(), [Row(_("inertia"), *inertia, origin)]
     for name, limit in result.limits.items():
         reached = number(figure(_PERCENT * limit.reached, _PERCENT * limit.reached_error * limit.reached, 5))
@@ -118,23 +139,17 @@ def _flywheel(result: SingleStroke, system: TradeUnits) -> Block:
 
 
 def _shares(result: SingleStroke, system: TradeUnits) -> Block:
-    """Loads and limits, each with its figure and its limit, and the limits exceeded."""
-    rows, limits = [], load_limits(result.strokes, result.figures)
+    """Loads and limits, each with its figure and its limit."""
+    rows, limits = [], load_limits(result.strokes, result.phases, result.figures)
     for name, share in result.shares.items():
         key, most = limits[name]
         reached, limit = (
             written(BY_KEY[key], each, 1e-4 * each, system) for each in (float(result.figures[key] or 0.0), most)
         )
-        note, error = _("{value} of {limit}", value=reached, limit=limit), result.error["shares"][name]
+        words = {"value": str(reached).rstrip(), "limit": str(limit).rstrip()}  # a current over another has no unit
+        note, error = _("{value} of {limit}", **words), result.error["shares"][name]
         rows.append(Row(share_name(name), few_digits(_PERCENT * share, 4, _PERCENT * error), "%", note))
-    beyond = ", ".join(share_name(name) for name, share in result.shares.items() if share > 1.0)
-    within = (
-        _("The clutch slips at its torque; no load exceeds its limit.")
-        if result.phases.slips
-        else _("No load exceeds its limit.")
-    )
-    verdict = _("Beyond its limit: {what}.", what=beyond) if beyond else within
-    return Block("shares", _("Loads and limits"), tuple(rows), sentences=(verdict,))
+    return Block("shares", _("Loads and limits"), tuple(rows))
 
 
 def _formulas(result: SingleStroke, system: TradeUnits) -> Block:

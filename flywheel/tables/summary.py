@@ -744,7 +744,7 @@ def lines_of(blocks: Sequence[Block], least: int = _LEAST) -> list[str]:
     return lines
 
 
-_GAPS = {"flywheel", "stroke", "clutch", "drive", "shares", "formulas"}  # blocks with an empty line before them
+_GAPS = {"parts", "flywheel", "stroke", "clutch", "drive", "shares", "formulas"}  # blocks with an empty line before them
 _LABELS, _FIGURES = 18, 12  # columns of labels, at least, and of figures with their units
 
 

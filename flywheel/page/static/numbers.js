@@ -8,7 +8,7 @@ let open = false; // the machine as it was read
 /** Show the blocks in an element: what is chosen, beside it how the machine then runs, below it how it was read. */
 export function showNumbers(host, blocks) {
   const of = (...names) => blocks.filter((block) => names.includes(block.name)).map(blockOf);
-  const chosen = ["flywheel", "wheel", "stroke", "shares"];
+  const chosen = ["parts", "flywheel", "wheel", "stroke", "shares"];
   const rest = blocks.filter((block) => !["title", "machine", ...chosen].includes(block.name)).map(blockOf);
   host.replaceChildren(element("div", {}, of(...chosen)), element("div", {}, rest), ...of("machine"));
 }
