@@ -438,7 +438,7 @@ def band_brake(pull: float, radius: float, friction: float, wrap: float) -> Band
     clutches and brakes).
 
     >>> [round(torque, 3) for torque in band_brake(1000.0, 0.2, 0.3, 4.712388980384690)]
-    [622.199, 151.353]
+    [622.241, 151.352]
 
     """
     _check(pull=(pull, NOT_NEGATIVE, "N"), radius=(radius, NOT_NEGATIVE, "m"))
