@@ -416,8 +416,11 @@ def single_stroke(
 
 def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     """Absolute errors of the figures, shares and energies of a stroke by the same with a greater tolerance."""
-    error: dict[str, Any] = _off(tight.figures, loose.figures)
-    error |= {"shares": _off(tight.shares, loose.shares), "energy": _off(tight.energy, loose.energy)}
+    begin, turns = tight.phases.begin, strokes.plan.continuous * TURN
+    returns = max(abs(tight.phases.speed / begin[0] - 1.0), abs(tight.phases.rest - turns - begin[1]) / TURN)
+    least = _SAFETY * returns + strokes.rtol  # relative: Newton's method leaves so much, whatever the difference
+    error: dict[str, Any] = _off(tight.figures, loose.figures, least)
+    error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
     if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
         coarse = temperature(strokes, driving_sides(strokes, tight.phases), 5)
         error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
@@ -451,10 +454,10 @@ def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:
     return None
 
 
-def _off(tight: Mapping[str, Any], loose: Mapping[str, Any]) -> dict[str, float]:
-    """Absolute errors of figures: the difference to a run with a greater tolerance, doubled, and rounding."""
+def _off(tight: Mapping[str, Any], loose: Mapping[str, Any], least: float) -> dict[str, float]:
+    """Absolute errors of figures: the difference to a run with a greater tolerance, doubled, and a least relative one."""
     pairs = {name: (value, loose[name]) for name, value in tight.items() if isinstance(value, float)}
-    return {name: _SAFETY * abs(one - other) + 1e-13 * abs(one) for name, (one, other) in pairs.items()}
+    return {name: _SAFETY * abs(one - other) + least * abs(one) for name, (one, other) in pairs.items()}
 
 
 # -- the figures of a stroke ------------------------------------------------------------------------------------------

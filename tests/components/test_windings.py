@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 
 import flywheel
 from flywheel import SceneError
-from flywheel.components.motors.thermal import CLASSES, Losses, course, rise_after, starts_an_hour, thermal
+from flywheel.components.motors.thermal import CLASSES, Losses, at_its_end, course, rise_after, starts_an_hour, thermal
 
 ONE = thermal(1200.0, 80.0, "F")
 TWO = thermal(1500.0, 95.0, "F", 90.0, 0.4)
@@ -84,9 +84,45 @@ def test_short_and_intermittent_ratings_of_the_books():
 def test_starts_an_hour_are_the_most_that_the_limit_allows():
     start = Losses(3.0, 25.0)
     count = starts_an_hour(TWO, 0.4, start)
-    tops = [course(TWO, [start, Losses(3600.0 / n - 3.0, 0.4)]).greatest for n in (count, count + 1)]
+    tops = [course(TWO, [*at_its_end(start), Losses(3600.0 / n - 3.0, 0.4)]).greatest for n in (count, count + 1)]
     assert tops[0] <= CLASSES["F"] < tops[1]
     assert starts_an_hour(TWO, 1.2, start) == 0
+
+
+@pytest.mark.parametrize("inertia", [0.4, 0.83, 1.3])
+def test_starts_an_hour_are_not_more_than_those_of_losses_that_fall_within_a_start(inertia):
+    """A rotor against 20 N m by the formula of Kloss, through start and running; the heat as that of two bodies in time."""
+    idle, slip, top, rated = 50 * math.pi, 1 / 30, 2.5, 7500.0 / (1450 * math.pi / 30)
+    peak = slip * (top + math.sqrt(top**2 - 1))
+    torque = lambda w: 2 * top * rated / ((1 - w / idle) / peak + peak / (1 - w / idle))  # noqa: E731
+    bodies, limit = ((42.0, 1200.0), (28.0, 60.0)), 80.0
+
+    def rates(t, y):
+        share = torque(y[0]) * (idle - y[0]) / (rated * slip * idle)
+        return [
+            (torque(y[0]) - 20.0) / inertia,
+            *((rise * share - x) / T for x, (rise, T) in zip(y[1:], bodies, strict=True)),
+        ]
+
+    run = solve_ivp(rates, (0, 30), [0, 0, 0], method="DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
+    speed = run.y[0, -1]
+    running, times = torque(speed) * (idle - speed) / (rated * slip * idle), np.linspace(0, 30, 6001)
+
+    def greatest(count):
+        rise, rest = np.zeros(times.size), 3600.0 / count - 30.0
+        for k, (share, constant) in enumerate(bodies):
+            left = run.y[1 + k, -1] * math.exp(-rest / constant) + share * running * -math.expm1(-rest / constant)
+            rise += run.sol(times)[1 + k] + left / -math.expm1(-3600.0 / count / constant) * np.exp(-times / constant)
+        return rise.max()
+
+    whole = solve_ivp(
+        lambda t, y: [rates(t, [y[0], 0, 0])[0], torque(y[0]) * (idle - y[0]) / (rated * slip * idle)],
+        (0, 30), [0, 0], method="DOP853", rtol=1e-9, atol=1e-9, events=lambda t, y: y[0] - 0.995 * speed,
+    )  # fmt: skip
+    lasting, given = float(whole.t_events[0][0]), float(whole.y_events[0][0][1])
+    two = thermal(1200.0, 70.0, "B", 60.0, 0.4)
+    count = starts_an_hour(two, running, Losses(lasting, given / lasting))
+    assert greatest(count) <= limit < greatest(count + 2)
 
 
 PLATE = """type = "induction"

@@ -501,6 +501,14 @@ def test_a_band_brake_that_lets_go_follows_its_two_torques():
     assert abs(found.energy_residual) < 1e-8
 
 
+def test_errors_are_no_less_than_what_the_stroke_returns_by():
+    found = plain()
+    begin, phases = found.phases.begin, found.phases
+    least = 2.0 * max(abs(phases.speed / begin[0] - 1.0), abs(phases.rest - TURN - begin[1]) / TURN)
+    assert all(found.error[name] >= least * found.figures[name] for name in ("clutch_heat", "speed_least", "mean_power"))
+    assert all(found.error["energy"][name] >= found.strokes.rtol * value for name, value in found.energy.items())
+
+
 def test_a_limit_to_which_the_flywheel_is_sized_is_kept():
     changes = {"flywheel.irregularity": None, "flywheel.limits.motor_rms": 1.0, "drive.motor.power": "0.55 kW"}
     found = flywheel.single_stroke(flywheel.load(starters.starter("single-stroke")).with_(changes), rates=False)
