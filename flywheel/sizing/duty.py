@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.motors.thermal import Losses, at_its_end, course, starts_an_hour
+from flywheel.components.motors.thermal import Losses, course, starts_an_hour
 from flywheel.machine.machine import circuit_of
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING
@@ -649,21 +649,20 @@ def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temper
     if data is None or scene.motor is None or any(row.heat is None and not row.rest for row in duty.phases):
         return None
     rated, sequence, ends, starts = scene.motor.rated_total_heat, list[Losses](), list[int](), dict[str, int]()
-    above, late = 0.0, list[Losses]()
+    above, late = 0.0, list[Losses]()  # with all losses of a start in its second half
     for row in duty.phases:
         heat, count = (row.heat or 0.0) * row.duration, row.starts or int(row.change_time is not None)
         time, joules = row.start_time or row.change_time or 0.0, row.start_heat or row.change_heat or 0.0
         steady = row.duration - count * time
         after = (heat - count * joules) / steady / rated if steady > 0.0 else 0.0
         running, share = Losses(steady / max(count, 1), after, row.cooling), joules / max(time, 1e-300) / rated
-        start = Losses(time, share)
-        sequence += [start, running] * count or [running]
-        late += [*at_its_end(start), running] * count or [running]
+        sequence += [Losses(time, share), running] * count or [running]
+        late += [Losses(0.5 * time, 0.0), Losses(0.5 * time, 2.0 * share), running] * count or [running]
         ends.append(len(sequence))
         if not row.rest and (steadily := runs[row.name].temperature) is not None:
             above = max(above, steadily.greatest - data.rise * after)
         if row.starts:
-            starts[row.name] = starts_an_hour(data, after, start)
+            starts[row.name] = starts_an_hour(data, after, Losses(time, share))
     windings = course(data, sequence)
     above += abs(course(data, late).greatest - windings.greatest)
     rises = tuple((row.name, windings.ends[end]) for row, end in zip(duty.phases, ends, strict=True))

@@ -192,29 +192,22 @@ def rise_after(data: Thermal, times: ArrayLike, weights: ArrayLike, shares: Arra
     return float(sum(rise / constant * (weighted @ np.exp(-before / constant)) for rise, constant, _ in data.bodies))
 
 
-def at_its_end(start: Losses) -> tuple[Losses, Losses]:
-    """A stretch of losses with all of them in its second half: an upper bound of the rise, if they decrease."""
-    return start._replace(time=0.5 * start.time, share=0.0), start._replace(time=0.5 * start.time, share=2.0 * start.share)
-
-
 def starts_an_hour(data: Thermal, running: float, start: Losses) -> int:
     """The most starts in an hour, evenly spread over running, with which the windings stay within their limit.
-
-    On the safe side: the losses of a start, which decrease, are those of its second half, from which less is cooled away.
 
     Args:
         data: of the motor.
         running: losses between the starts, over the rated ones.
-        start: time and mean losses of a start.
+        start: time and losses of a start.
 
     >>> starts_an_hour(thermal(1200.0, 80.0, "B"), 0.5, Losses(2.0, 30.0))
-    28
+    29
 
     """
 
     def kept(count: int) -> bool:
         rest = HOUR / count - start.time
-        return course(data, [*at_its_end(start), Losses(rest, running)]).greatest <= data.limit * (1.0 + 1e-12)
+        return course(data, [start, Losses(rest, running)]).greatest <= data.limit * (1.0 + 1e-12)
 
     low, high = 0, int(HOUR / start.time)
     while low < high:
