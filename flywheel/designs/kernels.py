@@ -2,7 +2,7 @@
 
 Every loop runs over `LANES` designs innermost, so that a compiler makes one instruction of several designs. The program of a
 smooth piece is split: the part that depends on the design alone is computed once, by numpy; the rest is the program's own
-source in such a loop. Roots are polished sixteen at a time. A design with a row that its nodes do not resolve is summed up by
+source in such a loop. Roots are polished sixteen at a time. A design with a row that its nodes do not resolve is summed by
 numpy (`batch.summed_values`), which has the finer search.
 """
 

@@ -31,7 +31,7 @@ from flywheel.motions.stroke_course import (
     speed_extremes,
     temperature,
 )
-from flywheel.motions.strokes import BRAKE, NAME, Phases, Strokes, check, fitted, holding, periodic, regaining
+from flywheel.motions.strokes import BRAKE, NAME, NEAR_STOP, Phases, Strokes, check, fitted, holding, periodic, regaining
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.state import DRIVE
@@ -70,8 +70,8 @@ _LOADS_OF = {
     "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
 _HOUR = 3600.0
-_NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SAFETY, _CARRIED = 2.0, 1.5
+_DEAF = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 
 
@@ -166,7 +166,7 @@ def verdicts_of_parts(result: SingleStroke) -> tuple[Verdict, ...]:
     under the work, a brake if the crank passes `stop_at` by more than ten degrees, a motor if its inverter trips.
     """
     verdicts = [Verdict("flywheel", True, None, None, None)]
-    fails = {"clutch": bool(result.phases.slips), "brake": result.overrun > _NEAR_STOP, "motor": bool(result.trips)}
+    fails = {"clutch": bool(result.phases.slips), "brake": result.overrun > NEAR_STOP, "motor": bool(result.trips)}
     for part, names in _LOADS_OF.items():
         loads = {name: result.shares[name] for name in names if name in result.shares}
         top = max(loads, key=lambda name: loads[name], default=None)
@@ -187,7 +187,7 @@ def brake_for_stop(result: SingleStroke) -> tuple[float | None, float] | None:
     """
     strokes, overrun = result.strokes, result.overrun
     way = result.brake_angle - overrun
-    if abs(overrun) <= _NEAR_STOP or way <= 0.0:
+    if abs(overrun) <= NEAR_STOP or way <= 0.0:
         return None
     earlier = strokes.brakes_at - overrun
     possible = strokes.end <= earlier < strokes.brakes_at + way
@@ -359,6 +359,12 @@ def single_stroke(
             strokes, phases, limits, binding, alone = _sized(scene, tolerance, closest, near)
         else:
             strokes = Strokes(scene, scene.inertia, tolerance, None if near is None else near.strokes)
+            if scene.inertia > (most := _DEAF * _scale(strokes)):
+                defect, lighter = (
+                    f"{scene.inertia:.4g} kg m², whose speed a stroke hardly changes",
+                    f"at most {most:.2g} kg m²",
+                )
+                raise SceneError([Fault("flywheel.inertia", defect, lighter)])
             phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
         tight, loose = _Run.of(strokes, phases), None
         like = None if rates or near is None else _like(strokes, tight, near)
@@ -721,9 +727,7 @@ def _sized(
         return 1.0 / root(within, 1.0 / low, 1.0 / high)  # most limits are nearly straight lines of 1/inertia
 
     strokes = Strokes(scene, 1.0, tolerance, None if near is None else near.strokes)
-    own = driving_inertia(strokes) - strokes.wheel**2
-    crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
-    scale, alone = max(own, crank / strokes.ratio**2) / strokes.wheel**2, dict[str, float]()
+    own, scale, alone = driving_inertia(strokes) - strokes.wheel**2, _scale(strokes), dict[str, float]()
     for name in demands:
         try:
             if near is not None and near.inertia > 0.0 and len(demands) == 1:
@@ -758,6 +762,13 @@ def _sized(
             raise SceneError([Fault(f"flywheel.limits.{name}", defect, "limits that one flywheel keeps", "allow more")])
     own_runs = {name: each for name, inertia in alone.items() if inertia > 0.0 and (each := runs[inertia, tolerance])}
     return *run, limits, binding if limits else None, own_runs
+
+
+def _scale(strokes: Strokes) -> float:
+    """The greater inertia of both sides without the flywheel (kg m² at the flywheel's shaft)."""
+    own = driving_inertia(strokes) - strokes.inertia * strokes.wheel**2
+    crank = float(strokes.driven.at(0.0, 0.0, strokes.typical, 0.0).inertia)
+    return max(own, crank / strokes.ratio**2) / strokes.wheel**2
 
 
 def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> tuple[float, float]:

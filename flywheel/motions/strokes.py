@@ -48,6 +48,7 @@ _ASTRAY = 1e-2  # of a limit: beyond it by more, a step to a flywheel that is li
 _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it after which no stroke returns
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
 _ENOUGH = 30.0  # tolerances of a step: what a stroke that returns may be off
+NEAR_STOP = math.radians(10.0)  # from stop_at: where a crank may stop without a remark
 _SLIPS = {"slip": 1, "overrun": -1}  # how a locked clutch begins to slip: the driving side then is faster, or slower
 NAME, BRAKE = "clutch", "brake[0]"  # paths of the clutch's torque and of the brake's as loads
 
@@ -234,9 +235,7 @@ class Strokes:
     def _braking(self, brake: Ramp) -> Load:
         """The brake as a load: one that falls may hold the crank at rest, one that builds up acts until the crank rests."""
         law = f"-{ramp(brake)}"
-        if (
-            brake.falls
-        ):  # the torques of both directions are their mean with the sign of the motion, and half their difference
+        if brake.falls:  # the mean of the torques of both directions, by the sign of the motion, and half their difference
             share = self.brake.reverse_torque / self.brake.torque
             law += f"*({0.5 + 0.5 * share!r}*sign(omega) + {0.5 - 0.5 * share!r})" if share != 1.0 else "*sign(omega)"
         return _load(self.brake.on, law, BRAKE)
@@ -263,7 +262,7 @@ class Strokes:
         mine = beyond(scene, on)
         names = {name: "crank" if name == on else name for name in mine}
         transmissions = {name: scene.transmissions[name] for name in mine if name != on}
-        loads = [_moved(load, names[load.on]) for load in scene.loads if load.on in mine]
+        loads = [load._replace(on=names[load.on], every=TURN) for load in scene.loads if load.on in mine]
         side = replace(
             scene,
             single_stroke=None,
@@ -277,7 +276,7 @@ class Strokes:
             loads=(*loads, *([] if law is None else [_load("crank", law, NAME)])),
             springs=(),
             dampers=tuple(each._replace(on=names[each.on]) for each in scene.dampers if each.on in mine),
-            drive=None if scene.drive is None else _moved(scene.drive, names[scene.drive.on]),
+            drive=scene.drive and scene.drive._replace(on=names[scene.drive.on], every=TURN),
             flywheel_on=names[scene.flywheel_on],
         )
         return self._part(side, self.inertia * self.wheel**2)
@@ -397,10 +396,8 @@ class Strokes:
         """A recovery that has come near the idling speed, to a time (s): in one step however long that is."""
         step, offset, anchor = recovery.stretches[-1]
         state, idle = tuple(map(float, step.last)), self.typical * self.ratio
-        rate, inertia = (
-            self._acceleration(state[1]) / (idle - state[1]),
-            self.driving.at(math.pi, math.pi, idle, 0.0).inertia,
-        )
+        rate = self._acceleration(state[1]) / (idle - state[1])
+        inertia = self.driving.at(math.pi, math.pi, idle, 0.0).inertia
         rest = Stretch(Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, end), offset, anchor)
         return recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
 
@@ -506,21 +503,16 @@ class Strokes:
         if moves and (goal in ("lock", "brake") or (goal == "release" and before) or (goal is None and over)):
             return
         where, when = _at(phi), leg.end
+        there = f"at {where}, {when:.4g} s after the clutch of {torque} engaged"
         if leg.torque.falls and touch is None:
-            defect = (
-                f"a brake that stops the crank at {where}, {when:.4g} s after the clutch of {torque} engaged, "
-                "while that still passes torque"
-            )
+            defect = f"a brake that stops the crank {there}, while that still passes torque"
             advice = "a later engage of the brake, or an earlier release or a shorter hold and fall of the clutch"
             raise SceneError([self._fault(defect, advice)])
         if any(each.sense == 0 for each in before):
-            defect = (
-                f"a crank that stalls at {where}, {when:.4g} s after the clutch of {torque} engaged, "
-                f"which slips again from {_at(leg.driven.start.phi)} on"
-            )
+            defect = f"a crank that stalls {there}, which slips again from {_at(leg.driven.start.phi)} on"
             raise SceneError([self._fault(defect, "a larger torque, less work, or more inertia on the driven side")])
         if goal == "back" and phi > rest:
-            defect = f"a crank that turns back at {where}, {when:.4g} s after the clutch of {torque} engaged"
+            defect = f"a crank that turns back {there}"
             advice = "a larger torque, or less load on the way"
         elif goal == "back":
             defect = (
@@ -628,6 +620,10 @@ class Strokes:
             key = "torque" if moment > 0.0 or self.brake.reverse_torque == self.brake.torque else "reverse_torque"
             defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
             advice = f"at least {(abs(moment) - stiction.friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
+            stop, angle = self.plan.stop_at + self.plan.continuous * TURN, rest - self.brakes_at
+            if rest - stop > NEAR_STOP and stop > self.brakes_at:  # by the work of the brake, it would stop at stop_at
+                needed = self.brake.torque * angle / (stop - self.brakes_at)
+                advice = f"about {needed:.3g} N m, which stops it at stop_at, or a brake that is put on sooner"
             raise SceneError([Fault(f"{BRAKE}.{key}", defect, "one that holds the crank at rest", advice)])
         return coasting, braking, brake_time, stiction.moment
 
@@ -643,10 +639,8 @@ class Strokes:
         braking = self._run(self.braked, Start(phi, omega, (), since), goals)
         if braking.goal != "stop":
             left, brake, time = _last(braking)[1], self.brake.torque, float(braking.t[-1])
-            defect = (
-                f"a brake of {brake:.5g} N m that leaves the crank at {left * _RPM:.4g} rpm after a turn from {_at(phi)}, "
-                f"in {time:.4g} s"
-            )
+            defect = f"a brake of {brake:.5g} N m that leaves the crank at {left * _RPM:.4g} rpm after a turn from {_at(phi)}, in "
+            defect += f"{time:.4g} s"
             advice = "a larger torque" if left >= omega else f"more than about {brake / (1.0 - (left / omega) ** 2):.3g} N m"
             raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that stops the crank", advice)])
         return braking
@@ -842,10 +836,6 @@ def until_time(trail: Trail, end: float) -> Trail:
 def _load(on: str, law: str, path: str) -> Load:
     """A torque on a shaft by its expression."""
     return Load(on, parse(law), TURN, path=path)
-
-
-def _moved(load: Load, on: str) -> Load:
-    return load._replace(on=on, every=TURN)
 
 
 def _at(phi: float) -> str:

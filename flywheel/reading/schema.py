@@ -315,9 +315,7 @@ _SECTIONS = (
             Key("rate", "rate", "strokes per unit of time", None, POSITIVE),
             Key("idle", "time", "from standstill to the next engagement of the clutch", None, NOT_NEGATIVE),
             Key("stop_at", "angle", "crank angle at which the crank should stop", 0.0, _ONCE_ROUND),
-            Key(
-                "continuous", "number", "strokes in a row before the crank is stopped", 1.0, Range(1.0, 1000.0), example="3"
-            ),
+            Key("continuous", "number", "strokes in a row before the crank is stopped", 1.0, Range(1.0, 100.0), example="3"),
             Key("approach", "velocity", "of a hand, K of ISO 13855: S = K T + C", None, POSITIVE, example="2 m/s"),
             Key("response", "time", "of light curtain and control, part of T", 0.0, NOT_NEGATIVE, example="30 ms"),
             Key("inch", "time", "for which a touch engages the clutch, in setting up", None, POSITIVE, example="40 ms"),

@@ -597,6 +597,22 @@ def test_a_brake_too_weak_is_refused_with_the_torque_that_mends_it(load):
 
 
 @pytest.mark.slow
+def test_a_brake_that_lets_the_crank_run_into_the_work_is_refused_with_the_torque_that_stops_it():
+    changes = {"flywheel.irregularity": None, "flywheel.inertia": 1.1, "brake.0.torque": 10.0}
+    scene = flywheel.load(starters.starter("single-stroke")).with_(changes)
+    with pytest.raises(SceneError, match=r"about .* N m, which stops it at stop_at") as refused:
+        flywheel.single_stroke(scene, rates=False)
+    torque = float(re.search(r"about (\S+) N m", str(refused.value))[1])
+    assert abs(flywheel.single_stroke(scene.with_({"brake.0.torque": torque}), rates=False).overrun) < 20 * DEGREE
+
+
+def test_a_flywheel_that_a_stroke_does_not_slow_down_is_refused():
+    with pytest.raises(SceneError, match=r"1e.10 kg m², whose speed a stroke hardly changes"):
+        flywheel.single_stroke(rotor(flywheel__inertia=1e10))
+    with pytest.raises(SceneError, match=r"single_stroke.continuous"):
+        rotor(single_stroke__continuous=200)
+
+
 def test_a_rate_that_leaves_no_time_for_the_stroke_is_refused_with_one_that_does():
     with pytest.raises(SceneError, match=r"rate: found a stroke that lasts .* fewer than [\d.]+ strokes") as refused:
         flywheel.single_stroke(rotor(single_stroke__rate="200 1/min"), 1e-4, rates=False)
