@@ -639,8 +639,10 @@ class Strokes:
         braking = self._run(self.braked, Start(phi, omega, (), since), goals)
         if braking.goal != "stop":
             left, brake, time = _last(braking)[1], self.brake.torque, float(braking.t[-1])
-            defect = f"a brake of {brake:.5g} N m that leaves the crank at {left * _RPM:.4g} rpm after a turn"
-            defect += f" from {_at(phi)}, in {time:.4g} s"
+            rpm, at = left * _RPM, _at(phi)
+            defect = (
+                f"a brake of {brake:.5g} N m that leaves the crank at {rpm:.4g} rpm after a turn from {at}, in {time:.4g} s"
+            )
             advice = "a larger torque" if left >= omega else f"more than about {brake / (1.0 - (left / omega) ** 2):.3g} N m"
             raise SceneError([Fault(f"{BRAKE}.torque", defect, "one that stops the crank", advice)])
         return braking
