@@ -38,12 +38,10 @@ _MOST_STEPS = 25  # of Newton's method
 _MOST_LEGS, _MOST_MACHINES, _MOST_PARTS = 200, 20, 40  # of a stroke; that are kept
 _AFTER_LOCK = 10.0  # tolerances of a step: by which the speeds of a clutch that slips again are apart the other way
 _RECOVERING = 1e3  # times the stroke: how long a recovery is followed at the most
-_IDLING = 1e-7  # of the idling speed: where the rest of a recovery is its exponential
-_EVEN = 1e-3  # by which the rate of that may change over half of what is left
+_IDLING, _EVEN = 1e-7, 1e-3  # of the idling speed: where a recovery is its exponential; by which its rate may yet change
 _REGAINED = 0.999, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5  # of the idling speed: from which a rate is tried that is kept
 _PLAIN = 2  # strokes one after the other, before the first of them
-_DIFFERENCE = 1e-4  # relative step of the derivative of a whole stroke
-_TURN_STEP = 1e-3  # rad, the same of the angle at which the crank stands
+_DIFFERENCE, _TURN_STEP = 1e-4, 1e-3  # steps of the derivative of a whole stroke: relative; of the resting angle, rad
 _ASTRAY = 1e-2  # of a limit: beyond it by more, a step to a flywheel that is lighter is none
 _PROGRESS, _PATIENCE = 0.5, 4  # of the least that was left; steps without it after which no stroke returns
 _SLOW = 0.3  # of the step before: what is left by slopes that serve no longer
@@ -620,10 +618,12 @@ class Strokes:
             key = "torque" if moment > 0.0 or self.brake.reverse_torque == self.brake.torque else "reverse_torque"
             defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
             advice = f"at least {(abs(moment) - stiction.friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
-            stop, angle = self.plan.stop_at + self.plan.continuous * TURN, rest - self.brakes_at
-            if rest - stop > NEAR_STOP and stop > self.brakes_at:  # by the work of the brake, it would stop at stop_at
-                needed = self.brake.torque * angle / (stop - self.brakes_at)
-                advice = f"about {needed:.3g} N m, which stops it at stop_at, or a brake that is put on sooner"
+            stop = self.plan.stop_at + self.plan.continuous * TURN
+            if rest - stop > NEAR_STOP and stop > begin[0]:  # it would absorb the energy of the crank on the way to there
+                energy = 0.5 * float(self.driven.at(begin[0], begin[0], begin[1]).inertia) * begin[1] ** 2
+                advice = (
+                    f"about {energy / (stop - begin[0]) / ratio:.3g} N m to stop it at stop_at, or a brake put on sooner"
+                )
             raise SceneError([Fault(f"{BRAKE}.{key}", defect, "one that holds the crank at rest", advice)])
         return coasting, braking, brake_time, stiction.moment
 

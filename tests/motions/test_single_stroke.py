@@ -477,7 +477,7 @@ def test_a_band_brake_holds_with_the_torque_of_the_direction(weight, key):
     assert found.shares["brake at rest"] == pytest.approx(20.0 / held, rel=1e-9)
     assert band.torque == pytest.approx(band.reverse_torque * math.exp(0.25 * math.pi), rel=1e-12)
     if key == "reverse_torque":
-        with pytest.raises(SceneError, match=r"brake\[0\].reverse_torque: a brake of 19 N m that does not hold"):
+        with pytest.raises(SceneError, match=r"brake\[0\].reverse_torque: found a brake of 19 N m that does not hold"):
             flywheel.single_stroke(rotor(**parts, brake__0__reverse_torque=19.0), rates=False)
 
 
@@ -600,7 +600,7 @@ def test_a_brake_too_weak_is_refused_with_the_torque_that_mends_it(load):
 def test_a_brake_that_lets_the_crank_run_into_the_work_is_refused_with_the_torque_that_stops_it():
     changes = {"flywheel.irregularity": None, "flywheel.inertia": 1.1, "brake.0.torque": 10.0}
     scene = flywheel.load(starters.starter("single-stroke")).with_(changes)
-    with pytest.raises(SceneError, match=r"about .* N m, which stops it at stop_at") as refused:
+    with pytest.raises(SceneError, match=r"about .* N m to stop it at stop_at") as refused:
         flywheel.single_stroke(scene, rates=False)
     torque = float(re.search(r"about (\S+) N m", str(refused.value))[1])
     assert abs(flywheel.single_stroke(scene.with_({"brake.0.torque": torque}), rates=False).overrun) < 20 * DEGREE
