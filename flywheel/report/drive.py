@@ -23,6 +23,7 @@ from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
 from flywheel.tables.power import entries, input_power, sentence, with_and_without
 from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names
+from flywheel.tables.strokes import parts_block
 
 _MOST_POINTS = 30  # of a curve in a table
 
@@ -656,7 +657,11 @@ def _loads(result: SingleStroke) -> Section:
         k for k, name in enumerate(result.shares) if exceeds(result.shares[name], result.error["shares"][name])
     )
     names = _("load"), _("value"), _("limit"), _("of its limit")
-    parts: list[Part] = [Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
+    answers = parts_block(result, SI)
+    parts: list[Part] = [
+        Table(answers.title, (_("part"), "", names[0]), tuple((row.label, row.value, row.note) for row in answers.rows)),
+        Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond),
+    ]
     parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]
     parts += [Note(line, "remark") for line in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []

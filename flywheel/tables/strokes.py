@@ -68,7 +68,7 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
     return (
         Block("title", title),
         machine_block(result.scene, system),
-        _parts(result, system),
+        parts_block(result, system),
         _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=remarks),
@@ -105,7 +105,7 @@ def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
         )
 
 
-def _parts(result: SingleStroke, system: TradeUnits) -> Block:
+def parts_block(result: SingleStroke, system: TradeUnits) -> Block:
     """Answers for each part whether it suffices, with its load that is nearest to its limit, or its heat without one."""
     names = {"flywheel": _("flywheel"), "clutch": _("clutch"), "brake": _("brake"), "motor": _("motor")}
     fall = number(f"{_PERCENT * (1.0 - result.speed_least / result.speed_greatest):.3g}")
