@@ -17,7 +17,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial, reduce
-from itertools import count
+from itertools import count, repeat
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -318,8 +318,7 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
     todo = [(low, high)]
     while todo:
         left, right = todo.pop()
-        model = _model(functions, left, right, order)
-        if model is not None and all(size <= error for size, error in zip(_left_open(model, order), errors, strict=True)):
+        if (model := _model(functions, left, right, order, errors)) is not None:
             cells.append(model)
             continue
         if float((right - left).mid()) < _NARROWEST * abs(span):
@@ -337,20 +336,22 @@ def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -
     return [each for each in models if each is not None]
 
 
-def _model(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int) -> Model | None:
-    """The model of one cell; None if it is too wide for any."""
+def _model(
+    functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Iterable[Any] = repeat(math.inf)
+) -> Model | None:
+    """The model of one cell; None if it is too wide for any, or leaves more than the errors open at the cell's ends."""
     middle = arb(float(((low + high) / 2).mid()))
+    reach = (low.union(high) - middle).abs_upper() ** order
     try:
-        centre, whole = functions(variable(middle)), functions(variable(low.union(high)))
-    except UnprovenError:
-        return None
-    except (ArithmeticError, ValueError):
-        return None
-    polynomials = []
-    for inner, outer in zip(centre, whole, strict=True):
-        polynomials.append(enclosing(inner, outer, order))
-        if not all(term.is_finite() for term in polynomials[-1].coeffs()):
+        whole = functions(variable(low.union(high)))
+        if not all(coefficient(outer, order).rad() * reach <= error for outer, error in zip(whole, errors, strict=False)):
             return None
+        centre = functions(variable(middle))
+    except (ArithmeticError, ValueError):  # UnprovenError is one
+        return None
+    polynomials = [enclosing(inner, outer, order) for inner, outer in zip(centre, whole, strict=True)]
+    if not all(term.is_finite() for polynomial in polynomials for term in polynomial.coeffs()):
+        return None
     return Model(low, high, middle, tuple(polynomials))
 
 
@@ -359,12 +360,6 @@ def coefficient(u: Any, k: int) -> Any:
     if not isinstance(u, arb_series):
         return _lifted(u) if k == 0 else arb(0)
     return u[k] if u.prec > k else arb("nan")
-
-
-def _left_open(model: Model, order: int) -> list[float]:
-    """The width that the last coefficient of each polynomial adds at the ends of a cell."""
-    reach = float(model.span.abs_upper())
-    return [float(polynomial[order].rad()) * reach**order for polynomial in model.polynomials]
 
 
 # -- extremes ----------------------------------------------------------------------------------------------------------
@@ -682,7 +677,7 @@ class Orbit(NamedTuple):
     start: Any
 
 
-def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Orbit:
+def periodic(cells: Sequence[Place], start: Any, order: int, error: float, near: Sequence[Any] = ()) -> Orbit:
     """The stable periodic solution of dE/dphi = F(phi, E) near a start, proven by an upper and a lower solution.
 
     With polynomials p, d = |dp/dphi - F(phi, p)|, and L no less than dF/dE near p, p + s is an upper solution where
@@ -694,6 +689,7 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
         start: approximate E where the cycle begins.
         order: degree of the polynomials.
         error: distance from its polynomials in which the solution is first searched for; increased if necessary.
+        near: polynomials of a solution near this one, in the same cells, with which the search begins.
 
     Raises UnprovenError where no stable periodic solution is proven near.
     Source: J. Mawhin, First order ordinary differential equations with several periodic solutions, ZAMP 38 (1987).
@@ -715,10 +711,10 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
     """
     start = start.mid()
     for _ in range(_MOST_CYCLES):
-        polynomials, growth = _followed(cells, start, order, _CLOSED * error)
+        polynomials, growth = _followed(cells, start, order, _CLOSED * error, near)
         if not growth < 0:
             raise UnprovenError("a steady motion that is stable")
-        gap = polynomials[-1](cells[-1].high - cells[-1].middle) - start
+        near, gap = polynomials, polynomials[-1](cells[-1].high - cells[-1].middle) - start
         step = (gap / (1 - growth.exp())).mid()
         if abs(float(step)) < _CLOSED * error:
             break
@@ -731,49 +727,54 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float) -> Or
     raise UnprovenError(f"a motion whose cycle stays open by {float(most):.1e} J")
 
 
-def _followed(cells: Sequence[Place], start: Any, order: int, error: float) -> tuple[tuple[Any, ...], Any]:
-    """Polynomials of E from a start, one cell after another, by Picard's iteration; and the integral of dF/dE along them."""
+def _followed(
+    cells: Sequence[Place], start: Any, order: int, error: float, near: Sequence[Any] = ()
+) -> tuple[tuple[Any, ...], Any]:
+    """Polynomials of E from a start, one cell after another, and the integral of dF/dE along them."""
     polynomials, growth, value = [], arb(0), start
-    for cell in cells:
+    for cell, guess in zip(cells, near or [arb_poly([start])] * len(cells), strict=True):
         low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
-        own, change = arb_poly([value]), arb("inf")
-        for _ in range(_MOST_PICARD):
-            rate, steep = cell.inner(series(own, order))
-            rising = _polynomial(rate, order - 1).integral()
-            polynomial = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
-            last, change, own = change, (polynomial - own)(arb(0, high.abs_upper())).abs_upper(), polynomial
-            if change < error or not change < last:
-                break
+        own, steep = solution(cell, value, guess, order, error)
         grown = _polynomial(steep, order).integral()
         polynomials.append(own)
         value, growth = own(high).mid(), growth + grown(high) - grown(low)
     return tuple(polynomials), growth
 
 
+def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> tuple[Any, Any]:
+    """The polynomial of E in a cell from a value at its low end, by Picard's iteration; and dF/dE along it, a series.
+
+    Args:
+        cell: where.
+        value: E at its low end.
+        near: polynomial with which the iteration begins.
+        order: degree of the polynomial.
+        error: change of it at which the iteration ends.
+
+    """
+    low, reach = cell.low.mid() - cell.middle, arb(0, cell.span.abs_upper())
+    own, change = near + (value - near(low)), arb("inf")
+    for _ in range(_MOST_PICARD):
+        rate, steep = cell.inner(series(own, order))
+        rising = _polynomial(rate, order - 1).integral()
+        polynomial = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
+        last, change, own = change, (polynomial - own)(reach).abs_upper(), polynomial
+        if change < error or not change < last:
+            break
+    return own, steep
+
+
 def _polynomial(series: Any, degree: int) -> Any:
     return arb_poly([coefficient(series, k) for k in range(degree + 1)])
 
 
-def defects(cells: Sequence[Place], start: Any, order: int, error: float) -> list[Any]:
-    """The integrals over each cell of |dp/dphi - F(phi, p)| for polynomials p of a solution: large where a cell is too wide.
-
-    Args:
-        cells: of the cycle, one after another.
-        start: E where the cycle begins.
-        order: degree of the polynomials.
-        error: to which they are found.
-
-    """
-    polynomials, _ = _followed(cells, start.mid(), order, error)
-    return [
-        _missed(cell, own, order) * (cell.high - cell.low).abs_upper() for cell, own in zip(cells, polynomials, strict=True)
-    ]
-
-
-def _missed(cell: Place, own: Any, order: int) -> Any:
-    """The greatest |dp/dphi - F(phi, p)| in a cell."""
-    rate = cell.inner(series(own, order))[0]
-    cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
+def missed(cell: Place, own: Any, order: int) -> Any:
+    """The greatest |dp/dphi - F(phi, p)| in a cell; infinite where F is not enclosed."""
+    try:
+        rate = cell.inner(series(own, order))[0]
+        cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
+    except (ArithmeticError, ValueError):
+        return arb("inf")
     missed = abs((own.derivative() - _polynomial(rate, order - 1))(cell.span)) + abs(cut) * cell.span.abs_upper() ** order
     return missed.abs_upper()
 
@@ -787,7 +788,7 @@ def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error
         steep = first(cell.whole(arb_series([own(cell.span) + arb(0, error)], order + 1))[1])
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)
         grown = (steep * length).exp().abs_upper()
-        added = _missed(cell, own, order) * length * grown.max(arb(1)) + jump.abs_upper()
+        added = missed(cell, own, order) * length * grown.max(arb(1)) + jump.abs_upper()
         if not (grown.is_finite() and added.is_finite()):
             raise UnprovenError("a torque that is undecided near the motion")
         steps.append((grown, added))

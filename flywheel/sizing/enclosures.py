@@ -26,7 +26,7 @@ from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
 from flywheel.numerics.implicit import Implicit
 
-PRECISIONS = ((96, 14, 1e-18), (192, 24, 1e-34))
+PRECISIONS = ((112, 22, 1e-22), (192, 32, 1e-34))
 """Bits, order of the polynomials, what cells leave open."""
 
 ROWS = ("inertia", "slope", "moment", "per_unknown")
@@ -36,9 +36,14 @@ _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # row
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 450  # of a motion, above the first precision: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
-_SECANT, _APART = 1e-10, (2e-14, 4e-13)  # of a flywheel: from which its irregularity is followed, between which it is proven
+_SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
+_MISSED = 1e-6  # of a step by that effect: what it may miss
+_WIDER, _MOST_WIDER = (
+    30,
+    4,
+)  # by how much brackets grow, and how often, until the motions at their ends are proven to lie on both sides
 _SIDE = 1e-12  # of the moment in a mesh: what its greatest in a cell may leave open
-_MOST_HALVED, _DEFECT = 12, 1e-3  # times that cells are halved for a motion; of what it may leave open
+_DEFECT = 1e-3  # of what a motion may leave open: what its polynomials may miss in a cell
 _AT_SWITCH = 1e-8  # rad, over the root of the irregularity: half the width of a cell about an angle at which a mesh reverses
 
 
@@ -289,13 +294,43 @@ class _Law(NamedTuple):
         return possible
 
 
-def _of_walk(walk: StretchWalk, stages: int) -> tuple[Callable[..., Any], ...]:
-    """I* and its slope in a stretch; what position alone gives there; all stages' rows from that, speed and unknown."""
-    assert walk.rate is not None
-    rows = range(len(RATE), len(walk.rate.outputs), len(STAGE))
-    outputs = tuple(walk.rate.outputs[row + k] for row in rows for k in _SMOOTH)
-    rate = walk.rate._replace(outputs=outputs).only(3 if stages == 1 else len(outputs))
-    return over_balls(walk.program, 2), *map(over_balls, rate.split(2))
+class _Stretch(NamedTuple):
+    """Part of a smooth piece, from a place on, and the sides of meshes there; None about an angle at which one changes.
+
+    `inertia` gives I* and its slope, `early` what position alone gives, from which `late` gives all stages' rows.
+    """
+
+    low: Any
+    outwards: tuple[bool, ...] | None
+    inertia: Callable[..., Any]
+    early: Callable[..., Any]
+    late: Callable[..., Any]
+
+    def laws(self, cell: Model, stages: tuple[Stage, ...], columns: Sequence[Any]) -> list[_Law]:
+        """The law about the middle of a cell, and about every place of it."""
+        centres = (cell.middle, cell.low.union(cell.high))
+        about = [
+            _Law(stages, self.inertia(phi, *columns)[0], self.early(phi, *columns), self.late, self.outwards, cell.span)
+            for phi in map(balls.variable, centres)
+        ]
+        return [about[1].all_over()] * 2 if self.outwards is None else about
+
+
+def _stretches(
+    walks: Iterable[StretchWalk], edges: Sequence[Any], near: Motion, stages: int, reach: Any
+) -> Iterator[_Stretch]:
+    """The smooth pieces, divided at a reach from the angles at which a mesh changes its side in the motion near."""
+    for walk, (low, high) in zip(walks, pairwise(edges), strict=True):
+        assert walk.rate is not None
+        rows = range(len(RATE), len(walk.rate.outputs), len(STAGE))
+        outputs = tuple(walk.rate.outputs[row + k] for row in rows for k in _SMOOTH)
+        rate = walk.rate._replace(outputs=outputs).only(3 if stages == 1 else len(outputs))
+        functions = over_balls(walk.program, 2), *map(over_balls, rate.split(2))
+        reversals = [balls.exact(angle) for angle, _ in near.outwards if low + reach < angle < high - reach]
+        places = [low, *sorted(angle + side * reach for angle in reversals for side in (-1, 1)), high]
+        for k, ends in enumerate(pairwise(places)):
+            outwards = max(each for each in near.outwards if sum(ends) / 2 >= each[0])[1]
+            yield _Stretch(ends[0], None if k % 2 else outwards, *functions)
 
 
 class Speeds(NamedTuple):
@@ -325,88 +360,87 @@ class Motions:
 
     def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
         self._near, self._order, self._left = near, order, left
+        self._polynomials: tuple[Any, ...] = ()  # of the last motion
+        self._unknown, self._per_unknown = balls.exact(near.unknown), None  # its value, and the effect of that
         self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
         assert structure.efficiencies is not None
         efficiencies = over_balls(structure.efficiencies)(rational(0, 1), *columns)
         stages = tuple(
             stage._replace(efficiency=each) for stage, each in zip(structure.twin.stages, efficiencies, strict=True)
         )
-        speed, unknown, reach = (
-            balls.exact(number) for number in (near.omega, near.unknown, _AT_SWITCH * near.irregularity**0.5)
-        )
-        stretches, functions, ends = [], [], []
-        for walk, (low, high) in zip(structure.walks, pairwise(edges_of(structure, columns)), strict=True):
-            inertia, *moment = _of_walk(walk, len(stages))
-            switches = [balls.exact(angle) for angle, _ in near.outwards if low + reach < angle < high - reach]
-            ends += [low, *sorted(angle + side * reach for angle in switches for side in (-1, 1))]
-            stretches += [(inertia, *moment)] * (1 + 2 * len(switches))
-        ends.append(high)
+        edges = edges_of(structure, columns)
+        reach = balls.exact(_AT_SWITCH * near.irregularity**0.5)
+        stretches = list(_stretches(structure.walks, edges, near, len(stages), reach))
+        self._first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
+        speed = balls.exact(near.omega)
 
-        def function(inertia: Callable[..., Any], early: Callable[..., Any], late: Callable[..., Any], phi: Any) -> Any:
-            moments = late(*early(phi, *columns), speed, unknown)[:: len(_SMOOTH)]
-            return (*inertia(phi, *columns), sum(moments))
+        def rows(stretch: _Stretch, phi: Any) -> Any:
+            moments = stretch.late(*stretch.early(phi, *columns), speed, self._unknown)[:: len(_SMOOTH)]
+            return (*stretch.inertia(phi, *columns), sum(moments))
 
-        def laws(
-            cell: Model, inertia: Callable[..., Any], early: Callable[..., Any], late: Callable[..., Any]
-        ) -> list[_Law]:
-            places = [balls.variable(centre) for centre in (cell.middle, cell.low.union(cell.high))]
-            outwards = max(each for each in near.outwards if cell.middle >= each[0])[1]
-            every = [
-                _Law(stages, inertia(phi, *columns)[0], early(phi, *columns), late, outwards, cell.span) for phi in places
-            ]
-            if any(abs(angle - cell.middle) < reach for angle, _ in near.outwards):
-                return [every[1].all_over()._replace(outwards=None)] * 2
-            return every
-
-        functions = [partial(function, *stretch) for stretch in stretches]
-        last = [float(end) for end in ends[1:]]
-        cells = cells_of(functions, ends, order, left)
-        for _ in range(_MOST_HALVED):
-            pieces = [sum(end < float(cell.middle) for end in last) for cell in cells]
-            self._cells, self._laws = cells, [laws(cell, *stretches[k]) for cell, k in zip(cells, pieces, strict=True)]
-            if order > PRECISIONS[0][1] and len(cells) > _MOST_CELLS:
+        functions = [partial(rows, each) for each in stretches]
+        cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
+        lows = [float(each.low) for each in stretches]
+        pieces = [sum(low <= float(cell.middle) for low in lows) - 1 for cell in cells]
+        self._cells, self._laws = list[Model](), list[list[_Law]]()
+        todo, value = [*zip(cells, pieces, strict=True)][::-1], self._start(balls.exact(near.wheel)).mid()
+        while todo:
+            cell, k = todo.pop()
+            laws = stretches[k].laws(cell, stages, columns)
+            end = self._end(cell, laws, value)
+            if end is None and cell.high - cell.low < reach:  # a mesh changes its side where a piece begins or ends
+                laws = stretches[k]._replace(outwards=None).laws(cell, stages, columns)
+                end = self._end(cell, laws, value)
+            if end is None:
+                todo += [(half, k) for half in reversed(balls.halves(functions[k], cell, order))]
+            else:
+                self._cells.append(cell)
+                self._laws.append(laws)
+                value = end
+            if order > PRECISIONS[0][1] and len(self._cells) + len(todo) > _MOST_CELLS:
                 raise UnprovenError("that a motion through so many cells is found in time")
-            wide = self._wide()
-            if not any(wide):
-                break
-            halved = [
-                balls.halves(functions[k], cell, order) if much else [cell]
-                for much, cell, k in zip(wide, cells, pieces, strict=True)
-            ]
-            cells = [each for part in halved for each in part]
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
         sums = Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
         self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
 
-    def _wide(self) -> list[bool]:
-        """The cells in which polynomials miss the motion near by more than they may."""
-        wheel, unknown = balls.exact(self._near.wheel), balls.exact(self._near.unknown)
-        start = self._start(wheel)
-        error = _OPEN_MOTION * self._left * abs(float(start))
-        defects = balls.defects(self._places(wheel, unknown), start, self._order, error)
-        return [
-            law.outwards is not None and not defect < _DEFECT * error
-            for defect, (law, _) in zip(defects, self._laws, strict=True)
-        ]
+    def _end(self, cell: Model, laws: Sequence[_Law], value: Any) -> Any:
+        """The energy (J) at the end of a cell on the motion near, from that at its beginning; None if the cell is too wide.
+
+        It is where polynomials miss the motion by more than they may, or where the sides of meshes are not proven.
+        """
+        wheel, unknown, error = balls.exact(self._near.wheel), self._unknown, self._allowed(value)
+        place = self._place(cell, laws, wheel, unknown)
+        try:
+            own, _ = balls.solution(place, value, balls.line(value, 0), self._order, error)
+            exact = laws[0].outwards is not None
+            if exact and not balls.missed(place, own, self._order) * (cell.high - cell.low) < _DEFECT * error:
+                return None
+            if laws[0].outwards:
+                self._check_sides(place, own, laws, wheel, unknown)
+        except (ArithmeticError, ValueError):  # UnprovenError is one
+            return None
+        return own(cell.high - cell.middle).mid()
+
+    def _allowed(self, energy: Any) -> float:
+        """What a motion may leave open of an energy, J."""
+        return _OPEN_MOTION * self._left * abs(float(energy))
 
     def _start(self, wheel: Any) -> Any:
         """The kinetic energy (J) of the motion near, with a flywheel, where the cycle begins."""
-        first = self._cells[0]
-        return (first.polynomials[INERTIA](first.low - first.middle) + wheel) * balls.exact(self._near.omega) ** 2 / 2
+        return (self._first + wheel) * balls.exact(self._near.omega) ** 2 / 2
 
-    def _places(self, wheel: Any, unknown: Any) -> list[balls.Place]:
+    def _place(self, cell: Model, laws: Sequence[_Law], wheel: Any, unknown: Any) -> balls.Place:
         def rate(law: _Law) -> Callable[[Any], Any]:
             return lambda energy: law.rates(energy, wheel, unknown)[:2]
 
-        return [
-            balls.Place(cell.low, cell.high, cell.middle, *map(rate, laws))
-            for cell, laws in zip(self._cells, self._laws, strict=True)
-        ]
+        return balls.Place(cell.low, cell.high, cell.middle, *map(rate, laws))
 
     def at(self, wheel: Any, unknown: Any) -> Speeds:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
-        omega, places, start = balls.exact(self._near.omega), self._places(wheel, unknown), self._start(wheel)
-        orbit = balls.periodic(places, start, self._order, _OPEN_MOTION * self._left * abs(float(start)))
+        omega, start = balls.exact(self._near.omega), self._start(wheel)
+        places = [self._place(*each, wheel, unknown) for each in zip(self._cells, self._laws, strict=True)]
+        orbit = balls.periodic(places, start, self._order, self._allowed(start), self._polynomials)
+        self._polynomials = orbit.polynomials
         open_by = orbit.reach.union(-orbit.reach)
         steps = []
         for cell, energy, laws in zip(places, orbit.polynomials, self._laws, strict=True):
@@ -435,24 +469,37 @@ class Motions:
         for out, inner, outer in zip(laws[0].outwards or (), passed, cut, strict=True):
             tau = (-1 if out else 1) * balls.enclosing(inner, outer, order)
             curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, tau, tau.derivative())
+            if all(term.is_zero() for term in tau.coeffs()):  # an idle mesh loses nothing either way
+                continue
             if not balls.greatest([curve], _SIDE * abs(float(tau(0).mid()))) < 0:
                 raise UnprovenError(f"which side of a mesh with losses drives at {float(cell.middle):.6g} rad")
 
+    def _effect(self, beside: Speeds, here: Speeds, step: Any) -> tuple[Any, Any]:
+        """Growth of the speed and of the irregularity from one motion to another, for each unit of a step."""
+        return tuple(
+            ((b - a) / step).mid() for b, a in ((beside.level, here.level), (beside.irregularity, here.irregularity))
+        )
+
     def balance(self, wheel: Any, speed: Any) -> Any:
-        """The ball of the unknown with which a motion has a speed."""
-        size = max(abs(self._near.unknown), self._effort)
-        here, step = balls.exact(self._near.unknown), balls.exact(_SECANT * size)
+        """The ball of the unknown with which a motion has a speed, near that of the last motion."""
+        here, size = self._unknown, max(abs(self._near.unknown), self._effort)
         found = self.at(wheel, here)
-        slope = (self.at(wheel, here + step).level - found.level) / step
-        if not (slope > 0 or slope < 0):
+        if self._per_unknown is None:
+            step = balls.exact(_SECANT * size)
+            self._per_unknown = self._effect(self.at(wheel, here + step), found, step)
+        slope = self._per_unknown[0]
+        if slope.is_zero():
             raise UnprovenError("the effect of the balance on the speed")
-        middle = (here + (speed - found.level) / slope).mid()
-        apart = (4 * abs((speed - self.at(wheel, middle).level) / slope) + self._left * size).upper()
-        sides = [self.at(wheel, middle + side * found.effect * apart) for side in (-1, 1)]
-        self.between = [each.start for each in sides]
-        if not (found.effect and sides[0].level < speed < sides[1].level):
-            raise UnprovenError("that the mean speed is the required one with a balance near")
-        return balls.around(middle, apart)
+        rest = (speed - found.level) / slope
+        self._unknown = (here + rest).mid()
+        apart = (4 * rest.rad() + _MISSED * abs(rest) + self._left * size).upper()
+        for _ in range(_MOST_WIDER):
+            sides = [self.at(wheel, self._unknown + side * found.effect * apart) for side in (-1, 1)]
+            if found.effect and sides[0].level < speed < sides[1].level:
+                self.between = [each.start for each in sides]
+                return balls.around(self._unknown, apart)
+            apart *= _WIDER
+        raise UnprovenError("that the mean speed is the required one with a balance near")
 
     def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
         """The ball of the flywheel with which a motion has an irregularity."""
@@ -461,13 +508,21 @@ class Motions:
             return self.at(wheel, self.balance(wheel, *speeds) if speeds else rational(0, 1))
 
         wheel = balls.exact(self._near.wheel)
-        beside = (wheel * (1 + balls.exact(_SECANT))).mid()
-        here, there = motion(wheel).irregularity, motion(beside).irregularity
-        wheel = (wheel + (asked - here) * (beside - wheel) / (there - here)).mid()
-        for apart in _APART:
-            light, heavy = ((wheel * (1 + side * balls.exact(apart))).mid() for side in (-1, 1))
-            sides = [motion(light), motion(heavy)]
-            self.between = [each.start for each in sides]
+        here, step = motion(wheel), (wheel * balls.exact(_SECANT)).mid()
+        level, uneven = self._effect(self.at(wheel + step, self._unknown), here, step)
+        if self._per_unknown is not None:  # the unknown follows the flywheel
+            share = level / self._per_unknown[0]
+            uneven -= share * self._per_unknown[1]
+        step = ((asked - here.irregularity) / uneven).mid()
+        if self._per_unknown is not None:
+            self._unknown = (self._unknown - share * step).mid()
+        wheel = (wheel + step).mid()
+        rest = (asked - motion(wheel).irregularity) / uneven
+        apart = (4 * abs(rest) + self._left * wheel).upper()
+        for _ in range(_MOST_WIDER):
+            sides = [motion(light := wheel - apart), motion(heavy := wheel + apart)]
             if sides[0].irregularity > asked > sides[1].irregularity:
+                self.between = [each.start for each in sides]
                 return light.union(heavy)
+            apart *= _WIDER
         raise UnprovenError("that the irregularity is the required one with a flywheel near")
