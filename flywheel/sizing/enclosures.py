@@ -361,7 +361,8 @@ class Motions:
     def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
         self._near, self._order, self._left = near, order, left
         self._polynomials: tuple[Any, ...] = ()  # of the last motion
-        self._unknown, self._per_unknown = balls.exact(near.unknown), None  # its value, and the effect of that
+        self._unknown = balls.exact(near.unknown)
+        self._per_unknown: tuple[Any, Any] | None = None  # effect of the unknown on the speed and on the irregularity
         self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
         assert structure.efficiencies is not None
         efficiencies = over_balls(structure.efficiencies)(rational(0, 1), *columns)
@@ -422,7 +423,7 @@ class Motions:
         return own(cell.high - cell.middle).mid()
 
     def _allowed(self, energy: Any) -> float:
-        """What a motion may leave open of an energy, J."""
+        """The part of an energy (J) that a motion may leave open."""
         return _OPEN_MOTION * self._left * abs(float(energy))
 
     def _start(self, wheel: Any) -> Any:
