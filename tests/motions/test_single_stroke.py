@@ -515,6 +515,7 @@ def test_a_limit_to_which_the_flywheel_is_sized_is_kept():
     assert not any("motor torque" in line for line in found.verdicts)
 
 
+@pytest.mark.slow
 def test_a_press_begins_where_no_torque_tells_which_way_its_belt_passes_power():
     shafts = {"on": "wheel", "ratio": 2.0, "efficiency": 0.9}
     scene = rotor(
@@ -613,6 +614,7 @@ def test_a_flywheel_that_a_stroke_does_not_slow_down_is_refused():
         rotor(single_stroke__continuous=200)
 
 
+@pytest.mark.slow
 def test_a_rate_that_leaves_no_time_for_the_stroke_is_refused_with_one_that_does():
     with pytest.raises(SceneError, match=r"rate: found a stroke that lasts .* fewer than [\d.]+ strokes") as refused:
         flywheel.single_stroke(rotor(single_stroke__rate="200 1/min"), 1e-4, rates=False)
