@@ -420,8 +420,8 @@ class Machine:
         if name not in marks:
             with uncounted():
                 marks[name] = solved()
-        if len(_marks) > _KEPT_MACHINES:
-            _marks.pop(next(iter(_marks)), None)
+        for oldest in list(_marks)[:-_KEPT_MACHINES]:
+            _marks.pop(oldest, None)
         angles: Angles = marks[name]
         return angles
 

@@ -71,8 +71,8 @@ _LOADS_OF = {
 }
 _HOUR = 3600.0
 _SAFETY, _CARRIED = 2.0, 1.5
-_DEAF = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
+_HEAVIEST_GIVEN = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 
 
 FINDINGS: tuple[Finding, ...] = (
@@ -359,12 +359,9 @@ def single_stroke(
             strokes, phases, limits, binding, alone = _sized(scene, tolerance, closest, near)
         else:
             strokes = Strokes(scene, scene.inertia, tolerance, None if near is None else near.strokes)
-            if scene.inertia > (most := _DEAF * _scale(strokes)):
-                defect, lighter = (
-                    f"{scene.inertia:.4g} kg m², whose speed a stroke hardly changes",
-                    f"at most {most:.2g} kg m²",
-                )
-                raise SceneError([Fault("flywheel.inertia", defect, lighter)])
+            if scene.inertia > (most := _HEAVIEST_GIVEN * _scale(strokes)):
+                defect = f"{scene.inertia:.4g} kg m², whose speed a stroke hardly changes"
+                raise SceneError([Fault("flywheel.inertia", defect, f"at most {most:.2g} kg m²")])
             phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
         tight, loose = _Run.of(strokes, phases), None
         like = None if rates or near is None else _like(strokes, tight, near)
