@@ -17,7 +17,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial, reduce
-from itertools import count, repeat
+from itertools import count
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -337,14 +337,15 @@ def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -
 
 
 def _model(
-    functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Iterable[Any] = repeat(math.inf)
+    functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Sequence[float] = ()
 ) -> Model | None:
     """The model of one cell; None if it is too wide for any, or leaves more than the errors open at the cell's ends."""
     middle = arb(float(((low + high) / 2).mid()))
     reach = (low.union(high) - middle).abs_upper() ** order
     try:
         whole = functions(variable(low.union(high)))
-        if not all(coefficient(outer, order).rad() * reach <= error for outer, error in zip(whole, errors, strict=False)):
+        limits = errors or [math.inf] * len(whole)
+        if not all(coefficient(outer, order).rad() * reach <= error for outer, error in zip(whole, limits, strict=True)):
             return None
         centre = functions(variable(middle))
     except (ArithmeticError, ValueError):  # UnprovenError is one
@@ -775,8 +776,8 @@ def missed(cell: Place, own: Any, order: int) -> Any:
         cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
     except (ArithmeticError, ValueError):
         return arb("inf")
-    missed = abs((own.derivative() - _polynomial(rate, order - 1))(cell.span)) + abs(cut) * cell.span.abs_upper() ** order
-    return missed.abs_upper()
+    apart = (own.derivative() - _polynomial(rate, order - 1))(cell.span)
+    return (abs(apart) + abs(cut) * cell.span.abs_upper() ** order).abs_upper()
 
 
 def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:

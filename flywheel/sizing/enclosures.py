@@ -34,7 +34,7 @@ INERTIA, SLOPE, MOMENT, UNKNOWN = range(4)
 _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # rows of a stage
 
 _LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 450  # of a motion, above the first precision: more would take several hundred times as long as a sizing
+_MOST_CELLS = 4_000, 450  # of a motion, at the first precision and above it, where each takes ten times as long
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
 _MISSED = 1e-6  # of a step by that effect: what it may miss
@@ -44,6 +44,7 @@ _WIDER, _MOST_WIDER = (
 )  # by how much brackets grow, and how often, until the motions at their ends are proven to lie on both sides
 _SIDE = 1e-12  # of the moment in a mesh: what its greatest in a cell may leave open
 _DEFECT = 1e-3  # of what a motion may leave open: what its polynomials may miss in a cell
+_LEAST_UNEVEN = 1e-10  # irregularity: with less, such a cell is as wide as with this
 _AT_SWITCH = 1e-8  # rad, over the root of the irregularity: half the width of a cell about an angle at which a mesh reverses
 
 
@@ -354,6 +355,10 @@ class Speeds(NamedTuple):
         """Difference of the two over their mean."""
         return 2 * (self.fast - self.slow) / (self.fast + self.slow)
 
+    def growth(self, before: Speeds, step: Any) -> tuple[Any, Any]:
+        """Growth of level and irregularity from another motion, for each unit of a step."""
+        return ((self.level - before.level) / step).mid(), ((self.irregularity - before.irregularity) / step).mid()
+
 
 class Motions:
     """Steady motions of a machine with any flywheel and balance, as solutions of dE/dphi = F(phi, E)."""
@@ -370,7 +375,7 @@ class Motions:
             stage._replace(efficiency=each) for stage, each in zip(structure.twin.stages, efficiencies, strict=True)
         )
         edges = edges_of(structure, columns)
-        reach = balls.exact(_AT_SWITCH * near.irregularity**0.5)
+        reach = balls.exact(_AT_SWITCH * max(near.irregularity, _LEAST_UNEVEN) ** 0.5)
         stretches = list(_stretches(structure.walks, edges, near, len(stages), reach))
         self._first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
         speed = balls.exact(near.omega)
@@ -389,16 +394,20 @@ class Motions:
             cell, k = todo.pop()
             laws = stretches[k].laws(cell, stages, columns)
             end = self._end(cell, laws, value)
-            if end is None and cell.high - cell.low < reach:  # a mesh changes its side where a piece begins or ends
+            if (
+                end is None and cell.high - cell.low < reach and laws[0].outwards
+            ):  # a mesh changes its side where a piece begins or ends
                 laws = stretches[k]._replace(outwards=None).laws(cell, stages, columns)
                 end = self._end(cell, laws, value)
+            if end is None and cell.high - cell.low < reach:
+                raise UnprovenError(f"the motion at {float(cell.middle):.6g} rad")
             if end is None:
                 todo += [(half, k) for half in reversed(balls.halves(functions[k], cell, order))]
             else:
                 self._cells.append(cell)
                 self._laws.append(laws)
                 value = end
-            if order > PRECISIONS[0][1] and len(self._cells) + len(todo) > _MOST_CELLS:
+            if len(self._cells) + len(todo) > _MOST_CELLS[order > PRECISIONS[0][1]]:
                 raise UnprovenError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
         sums = Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
@@ -475,19 +484,13 @@ class Motions:
             if not balls.greatest([curve], _SIDE * abs(float(tau(0).mid()))) < 0:
                 raise UnprovenError(f"which side of a mesh with losses drives at {float(cell.middle):.6g} rad")
 
-    def _effect(self, beside: Speeds, here: Speeds, step: Any) -> tuple[Any, Any]:
-        """Growth of the speed and of the irregularity from one motion to another, for each unit of a step."""
-        return tuple(
-            ((b - a) / step).mid() for b, a in ((beside.level, here.level), (beside.irregularity, here.irregularity))
-        )
-
     def balance(self, wheel: Any, speed: Any) -> Any:
         """The ball of the unknown with which a motion has a speed, near that of the last motion."""
         here, size = self._unknown, max(abs(self._near.unknown), self._effort)
         found = self.at(wheel, here)
         if self._per_unknown is None:
             step = balls.exact(_SECANT * size)
-            self._per_unknown = self._effect(self.at(wheel, here + step), found, step)
+            self._per_unknown = self.at(wheel, here + step).growth(found, step)
         slope = self._per_unknown[0]
         if slope.is_zero():
             raise UnprovenError("the effect of the balance on the speed")
@@ -510,7 +513,7 @@ class Motions:
 
         wheel = balls.exact(self._near.wheel)
         here, step = motion(wheel), (wheel * balls.exact(_SECANT)).mid()
-        level, uneven = self._effect(self.at(wheel + step, self._unknown), here, step)
+        level, uneven = self.at(wheel + step, self._unknown).growth(here, step)
         if self._per_unknown is not None:  # the unknown follows the flywheel
             share = level / self._per_unknown[0]
             uneven -= share * self._per_unknown[1]

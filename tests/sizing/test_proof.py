@@ -35,6 +35,7 @@ from tests.oracle import figures
 from tests.oracle.machine import Machine
 
 balls, proof = extra("flywheel.numerics.balls"), extra("flywheel.sizing.proof")
+enclosures = extra("flywheel.sizing.enclosures")
 FOLDER = Path(__file__).parent.parent / "references"
 REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
 WIDEST = 1e-12
@@ -781,3 +782,39 @@ def test_a_proven_motion_is_that_of_an_extrapolation_in_34_digits() -> None:
             low, high = found.figures[f"simulation.{key}"]
             assert low <= later(near) <= high, key
             assert high - low < WIDEST * high, key
+
+
+LOSSY = {
+    "shafts": {"motor": {"ratio": 12.5, "efficiency": 0.8}},
+    "mechanism": {"type": "slider-crank", "crank": {"length": 0.08}, "rod": {"length": 0.3}, "slider": {"mass": 2}},
+    "load": [{"on": "crank", "torque": "-30*(1 + cos(phi))"}],
+    "drive": {"on": "crank", "torque": "90 - 2*omega"},
+    "flywheel": {"on": "crank", "inertia": 5},
+}
+
+
+def test_an_idle_mesh_leaves_the_proof_of_a_motion_as_it_is() -> None:
+    """Nothing is behind the mesh: which side drives in it is undecided everywhere, and without effect."""
+    idle, without = (
+        flywheel.size(flywheel.load(scene), accuracy="proof").proof for scene in (LOSSY, LOSSY | {"shafts": {}})
+    )
+    assert idle is not None
+    assert without is not None
+    assert without.figures
+    assert idle.figures.keys() == without.figures.keys()
+    for key, (low, high) in idle.figures.items():
+        least, most = without.figures[key]
+        assert max(low, least) <= min(high, most), key
+
+
+@pytest.mark.parametrize(("efficiency", "reason"), [(0.8, "that a motion through so many cells"), (1.0, "the motion at ")])
+def test_a_motion_that_cells_however_narrow_do_not_follow_is_refused(
+    monkeypatch: pytest.MonkeyPatch, efficiency: float, reason: str
+) -> None:
+    monkeypatch.setattr(balls, "missed", lambda *_: balls.exact(math.inf))
+    monkeypatch.setattr(enclosures, "_MOST_CELLS", (60, 60))
+    scene = LOSSY | {"shafts": {"motor": {"ratio": 12.5, "efficiency": efficiency}}}
+    found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert found is not None
+    assert not found.figures
+    assert found.reason.startswith(reason)
