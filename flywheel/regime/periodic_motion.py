@@ -58,7 +58,6 @@ _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although the switches have not settled
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far is taken
 _SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
-_OF_CUTS = 0.02  # of an allowed error: share of meshes that reverse elsewhere than cells are cut
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
 _MOST_ROUGH, _MANY = 16, 1000  # rounds for such a motion; cells above which it has none
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
@@ -462,17 +461,14 @@ class _Search(NamedTuple):
         least, allowed = np.inf, 0.5 * self.rtol
         stalls = moves = failures = rough = 0
         for _ in range(_ROUNDS):
-            angles, steepness = _switching(solved)
+            angles, slack = _switching(solved)
             moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
-            far = moved > _SWITCH_MOVE * base[-1]
-            wrong = float((0.5 * steepness * moved**2)[far].sum()) if angles.size == cuts.size else np.inf
-            least_moves = moves == _MOST_MOVES - 1
-            settled = wrong <= _negligible_work(solved, cuts, 0.0 if least_moves else allowed, at_cuts=least_moves)
+            settled = bool((moved <= _SWITCH_MOVE * base[-1]).all())
             before, cuts, moves = cuts, angles, 0 if settled else moves % _MOST_MOVES + 1
             if settled or moves == _MOST_MOVES:
                 motion, finer = _described(solved, self.demand), None
-                if settled and far.any():
-                    motion = _with_work_error(motion._replace(cuts_error=float(moved.max())), wrong)
+                if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SWITCH_MOVE * base[-1])).all():
+                    settled, motion = True, motion._replace(cuts_error=float(moved.max()))
                 if not settled:
                     wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                     if wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0])):
@@ -588,9 +584,9 @@ def _without(finer: Array, edges: Array, base: Array) -> Array:
 def _switching(solved: Periodic) -> tuple[Array, Array]:
     """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges.
 
-    And the slope of F that each leaves out by x rad beside it, J/rad²: infinite if a law switches; a mesh that reverses
-    passes tau' x after x rad, which changes the loss by up to (1/efficiency - efficiency) tau' x²/2 J. Two reversals of a
-    mesh with less than rounding between them do not count.
+    And the error of each (rad) that changes a cycle's work by rounding: 0 if a law
+    switches; where a mesh reverses, it passes tau' x after x rad, which changes the loss by up to (1/efficiency -
+    efficiency) tau' x²/2 J. Two reversals of a mesh with less between them do not count.
     """
     moments, state = solved.moments, solved.state
     mesh, edges = moments.mesh, moments.machine.mesh
@@ -599,44 +595,24 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
         spreads = [1.0 / eta - eta for part in moments.parts if (eta := part.stage.efficiency) < 1.0]
         passed = moments.transmitted(solved.omega, state.unknown, state.inertia, state.of_circuit)
         deciding += zip(passed, spreads, strict=True)
-    rounding = _work_rounding(solved)
+    rounding = ROUNDING * float(cells.integral(solved.rate.exchanged, mesh.half).sum())
     every: list[tuple[float, float]] = []
     for values, spread in deciding:
         series = cells.fit(values)[None]
         noise = np.full(series.shape[:2], 1e-13 * float(np.abs(values).max(initial=0.0)))
         crossings = cells.crossings(series, noise)
-        slopes = (
-            spread * np.abs(crossings.slope) / mesh.half[crossings.cell, 0] if spread else np.full(crossings.t.shape, np.inf)
-        )
+        slopes = spread * np.abs(crossings.slope) / mesh.half[crossings.cell, 0]
+        slack = np.sqrt(2.0 * rounding / np.maximum(slopes, 1e-300)) if spread else np.zeros_like(slopes)
         angles: list[tuple[float, float]] = []
-        for angle, slope in zip(crossings.angles(mesh).tolist(), slopes.tolist(), strict=True):
+        for angle, width in zip(crossings.angles(mesh).tolist(), slack.tolist(), strict=True):
             if np.abs(edges - angle).min() <= 1e-9 * mesh.edges[-1]:
                 continue
-            if angles and 0.5 * max(slope, angles[-1][1]) * (angle - angles[-1][0]) ** 2 < rounding:
+            if angles and angle - angles[-1][0] < min(width, angles[-1][1]):
                 angles.pop()
             else:
-                angles.append((angle, slope))
+                angles.append((angle, width))
         every += angles
     return tuple(np.array(sorted(every)).reshape(-1, 2).T)  # type: ignore[return-value]
-
-
-def _work_rounding(solved: Periodic) -> float:
-    """The rounding of the work exchanged in a cycle, J."""
-    return ROUNDING * float(cells.integral(solved.rate.exchanged, solved.moments.mesh.half).sum())
-
-
-def _negligible_work(solved: Periodic, cuts: Array, allowed: float, *, at_cuts: bool) -> float:
-    """Work (J) by which meshes may reverse beside the ends of cells, for an allowed relative error of the irregularity.
-
-    None where the speed is extreme at such an end, whose angle would be off, unless the ends do not settle (`at_cuts`).
-    """
-    mesh, extremes = solved.moments.mesh, solved.extremes
-    at = mesh.edges[extremes.cell + (extremes.t > 0.0)]
-    if not at_cuts and bool((np.isin(at, cuts) & (np.abs(extremes.t) == 1.0)).any()):
-        return 0.0
-    free = solved.moments.machine.scene.unknown is None
-    of_error = 1.0 / max(float(solved.irregularity), 1e-300) + (1.0 / max(abs(solved.damping), 1e-300) if free else 0.0)
-    return max(_work_rounding(solved), _OF_CUTS * allowed * float(solved.speed**2 * solved.lightest) / of_error)
 
 
 def _described(solved: Periodic, demand: Demand) -> OwnMotion:
@@ -737,16 +713,13 @@ def errors_by_stiffness(solved: Periodic) -> tuple[Any, Any]:
 
 def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     """A motion whose moment has an error of work (J), with that in its errors."""
-    solved, run, cycle = motion.solved, motion.run, motion.cycle
-    least, before = float(solved.lightest), cycle.errors.work
+    solved, run = motion.solved, motion.run
+    least = float(solved.lightest)
     level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0
     off = 4.0 * work / (solved.speed**2 * least) / max(run.irregularity, 1e-300)
     bound = 0.0 if solved.sensitivity is None else solved.sensitivity.by_work * work
-    of_balance = cycle.balance_error * (1.0 + work / max(before, 1e-300))
-    cycle = cycle._replace(errors=cycle.errors._replace(work=before + work), balance_error=of_balance)
     return motion._replace(
-        cycle=cycle,
-        run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level, cycle=cycle),
+        run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level),
         level_error=motion.level_error + level,
         inertia_bound=motion.inertia_bound + bound,
     )
