@@ -146,9 +146,8 @@ class Recorder:
     def tabulated(self, at: Recorded, knots: Sequence[float], columns: Sequence[Sequence[float]]) -> list[Any]:
         """The entries of columns in the interval of `at` between ascending knots; one entry more than there are knots."""
         interval = self.operation("interval", (at, tuple(knots)))
-        steady = [len(set(column)) == 1 for column in columns]
-        rows = zip(steady, columns, strict=True)
-        return [column[0] if same else self.operation("entry", (tuple(column), interval)) for same, column in rows]
+        rows = [tuple(column) for column in columns]
+        return [row[0] if len(set(row)) == 1 else self.operation("entry", (row, interval)) for row in rows]
 
     def call(
         self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0, values: Sequence[Any] | None = None
@@ -713,6 +712,18 @@ class Program(NamedTuple):
         used = (n for k, (_, *operands) in enumerate(self.operations) if depends[first + k] for n in operands)
         passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not whole <= n < first})
         return self._between(own, passed), self._between([*passed, *(n for n in range(whole) if depends[n])], self.outputs)
+
+    def bound(self, values: Sequence[Any]) -> Program:
+        """The program with values of its first inputs as places.
+
+        >>> Program(("a", "b"), (2.0,), (("add", 0, 1), ("multiply", 3, 2)), (4,)).bound([5.0]).function("math")(1.0)
+        (12.0,)
+        """
+        many, rest = len(values), len(self.inputs) - len(values)
+        new = [*range(rest, rest + many), *range(rest)]
+        operations = tuple((name, *(new[n] if n < len(new) else n for n in own)) for name, *own in self.operations)
+        outputs = tuple(new[n] if n < len(new) else n for n in self.outputs)
+        return Program(self.inputs[many:], (*values, *self.places), operations, outputs)
 
     def _between(self, inputs: Sequence[int], outputs: Sequence[int]) -> Program:
         """The operations that lead from some numbers to others; numbers that are no inputs have their own names."""

@@ -20,11 +20,14 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.recording import Conditions, Recorder
 from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch as cycles
 from flywheel.designs import motions
-from flywheel.machine.programs import Structure, Structures
+from flywheel.machine.machine import Machine
+from flywheel.machine.programs import Structure, UnrecordableError, UnrecordedError, kept_mask, recorded
+from flywheel.numerics import cells
 from flywheel.numerics.cells import Index
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
@@ -159,6 +162,11 @@ def sized(
 
 
 _recent: list[tuple[Scene, Structures]] = []
+_BREAK_ERROR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
+_VALUE_ERROR = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
+_MOST_STRUCTURES, _MOST_TRIALS = 64, 200  # structures of one set of paths, and designs tried for them
+_LEAST_DESIGNS, _LEAST_SHARE = 12, 0.02  # designs, and their share of those left, that a structure is worth
+_MOST_POOR = 4  # structures that are not
 
 
 def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
@@ -270,6 +278,130 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
         errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
     return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
+
+
+# -- designs by their structures -------------------------------------------------------------------------------------------
+
+
+class Structures:
+    """The structures of a scene whose numbers at some paths vary; they are recorded as designs need them."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
+        self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
+        self._structures: list[Structure] = []
+        self._refused: list[Conditions] = []
+        self._tries = self._poor = 0
+
+    def sorted(self, columns: Array) -> list[tuple[Structure, Index]]:
+        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` has the reason why others remain."""
+        columns = np.asarray(columns, dtype=float)
+        left: Index = np.arange(columns.shape[1])
+        groups: list[tuple[Structure, Index]] = []
+        repeats = refusals = 0
+        while left.size:
+            if repeats < len(self._structures):
+                structure, repeats = self._structures[repeats], repeats + 1
+                mine = structure.kept(columns[:, left])
+                groups += [(structure, left[mine])] if mine.any() else []
+            elif refusals < len(self._refused):
+                conditions, refusals = self._refused[refusals], refusals + 1
+                mine = kept_mask(conditions, columns[:, left])
+            elif self._poor >= _MOST_POOR or len(self._structures) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS:
+                break
+            else:
+                at = left.size // 2
+                if self._record(columns[:, left], columns[:, left[at]]):
+                    continue
+                mine = np.arange(left.size) == at
+            left = left[~mine]
+        return groups
+
+    def _record(self, columns: Array, values: Array) -> bool:
+        """Records the structure of a design, checked at two others that share it, or the reason of its refusal."""
+        self._tries += 1
+        try:
+            structure = self._of(values.tolist()).widened(columns)
+        except SceneError:  # sized one by one, it says what is wrong
+            conditions = refused(self.scene, self.paths, values.tolist())
+            self._refused += [] if conditions is None else [conditions]
+            return conditions is not None
+        except UnrecordedError as error:
+            self.why, self._poor = str(error), self._poor + 1
+            return False
+        mine = columns[:, structure.kept(columns)]
+        try:
+            ends = {0, mine.shape[1] - 1} if mine.size else set()
+            trouble = [text for k in ends if (text := differs(structure, self.scene, mine[:, k]))]
+        except SceneError as error:
+            trouble = [str(error)]
+        if trouble:
+            self.why, self._poor = f"the recorded machine and the machine itself differ: {trouble[0]}", self._poor + 1
+        if trouble or not mine.size:
+            return False
+        self._structures.append(structure)
+        if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
+            self._poor += 1
+            if self._poor >= _MOST_POOR:
+                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in narrow intervals"
+                self.why = self.why or f"designs differ in too many ways: {way}"
+        return True
+
+    def _of(self, values: list[float]) -> Structure:
+        """The structure of a design; numbers that cannot be recorded are constants."""
+        try:
+            return recorded(self.scene, self.paths, values, self.fixed)
+        except UnrecordableError:
+            self.fixed = () if self.fixed else lost(self.scene, self.paths, values)
+            if not self.fixed:
+                raise
+            return recorded(self.scene, self.paths, values, self.fixed)
+
+
+def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
+    """The paths whose numbers cannot be recorded even alone."""
+    base, unrecorded = with_numbers(scene, dict(zip(paths, values, strict=True))), []
+    for path, value in zip(paths, values, strict=True):
+        try:
+            recorded(base, [path], [value])
+        except UnrecordableError:
+            unrecorded.append(path)
+    return tuple(unrecorded)
+
+
+def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
+    """Conditions shared by designs that are refused like the one with these values; None if they cannot be recorded."""
+    recorder = Recorder()
+    recorder.input("phi")
+    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
+    try:
+        scene.with_(numbers)
+    except SceneError:
+        return recorder.conditions()
+    except Exception:
+        return None
+    return None
+
+
+def differs(structure: Structure, scene: Scene, values: Array) -> str:
+    """The difference between a structure and the plain machine of a design, in words; empty if they agree."""
+    machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
+    column = values[:, None]
+    edges = structure.edges(column)[:, 0]
+    away = np.abs(machine.breakpoints[:, None] - edges).min(axis=1).max()
+    if away > _BREAK_ERROR * structure.cycle:
+        return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
+    mesh = cells.cells(edges)
+    reduced = machine.reduce(mesh.phi, mesh.anchor)
+    outputs = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
+    rows = np.zeros((6, *mesh.phi.shape))
+    for part, program in structure.programs:
+        for row, value in enumerate(program.function()(mesh.phi[part], *values)):
+            rows[row, part] = value
+    for value, want in zip(rows, outputs, strict=True):
+        apart = np.abs(value - want).max()
+        if not apart <= _VALUE_ERROR * max(np.abs(want).max(), np.abs(value).max()):
+            return f"values differ by {apart:.2g}"
+    return ""
 
 
 # -- one by one ------------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
+from bondgraph.recording import Recorded
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Cells
 from flywheel.numerics.expressions import Expression, unit_text, units_of_name
@@ -113,6 +114,11 @@ class TableCurve:
 
     def __call__(self, angle: Any, anchor: Any) -> Any:
         """Value at angles, each in the piece of its anchor."""
+        if isinstance(anchor, Recorded) and anchor.value is None:  # of any piece
+            start, *rows = anchor.recorder.tabulated(
+                anchor, self._start[1:].tolist(), [column.tolist() for column in (self._start, *self._series)]
+            )
+            return reduce(lambda total, row: total * (angle - start) + row, rows, 0.0)
         piece = np.maximum(np.searchsorted(self._start, anchor, side="right") - 1, 0)
         step = angle - self._start[piece]
         total: Any = 0.0

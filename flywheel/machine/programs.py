@@ -38,7 +38,7 @@ from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Record
 from bondgraph.reduction import Reduced, Station
 from flywheel.machine.loads import Effort, at_speeds, moving_switches
 from flywheel.machine.machine import DRIVE, POSITION, WIDEST, Anchor, Angles, Machine, circuit_of
-from flywheel.numerics import cells, expressions
+from flywheel.numerics import expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
@@ -59,6 +59,7 @@ _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for bran
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
 _RECORDING_ERRORS = (TypeError, ValueError, ArithmeticError)  # what cannot be recorded, or a law that is not defined
+_MANY_PIECES = 24  # of a machine, as of one with a table: one recording then serves all
 _ZERO_DISTANCE = 1e-6  # of the cycle: how far off a step of Newton's method may see the zero that an angle is
 _JETS = jet_namespace(NAMESPACE)
 
@@ -132,11 +133,10 @@ class Programs:
         for program, conditions in pieces:
             if conditions is None or conditions.kept(*at):
                 return program
-        recorded = self._recorded_motion(anchor)
+        recorded = (self._over_pieces or self._of_piece)(anchor)
         if recorded is None:
             self._pieces[key] = None
             return None
-        self._compare(recorded[0], anchor)
         self._pieces[key] = [*pieces[1 - _MOST_PROGRAMS :], recorded]
         return recorded[0]
 
@@ -153,31 +153,60 @@ class Programs:
             return False
         laws = [effort.load.law for effort in self.machine.efforts]
         parts = [part for law in laws if isinstance(law, Expression) for part in moving_switches(law)]
-        senses = [
-            part for part in parts if part.names == {"v"} and part.tree.op in ("name", "neg")
-        ]  # of one sign in a piece
+        senses = [part for part in parts if part.names == {"v"} and part.tree.op in ("name", "neg")]  # one sign each
         return not any(part.names & POSITION for part in parts if part not in senses)
 
     def _place(self, anchor: Anchor) -> float:
         """The key of programs: the piece of an anchor, or its very angle."""
         return float(np.searchsorted(self.machine.breakpoints, anchor.phi)) if self._of_pieces else float(anchor.phi)
 
-    def _recorded_motion(self, anchor: Anchor) -> tuple[Program, Conditions | None] | None:
+    def _of_piece(self, anchor: Anchor) -> tuple[Program, Conditions | None] | None:
         """The program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
         recorder = Recorder()
-        arguments = phi, omega, time, unknown = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
+        arguments = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
         deciding = [] if anchor.omega is None else [recorder.input(f"at anchor {k}", at) for k, at in enumerate(anchor[1:3])]
-        outputs: list[Any] = []
         try:
-            for stage in self.machine.stages:
-                station = stage.reduction.at(phi, anchor.phi, NAMESPACE)
-                moment = sum(self._shares(station, omega, time, unknown, deciding))
-                outputs += [station.reduced.inertia, station.reduced.slope, moment]
+            outputs = self._terms(anchor.phi, *arguments, deciding=deciding)
             conditions = recorder.conditions(deciding) if recorder.guards else None
-            return recorder.program(outputs, arguments), conditions
+            program = recorder.program(outputs, arguments)
         except _RECORDING_ERRORS as error:
             self.why = self.why or str(error)
             return None
+        edges = self.machine.breakpoints
+        k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
+        omega, time = (self.machine.typical_speed, 0.0) if anchor.omega is None else (float(anchor.omega), anchor.time)
+        phi, then = edges[k] + _SHARES * (edges[k + 1] - edges[k]), [] if anchor.omega is None else [omega, time]
+        self._compare(program.function("numpy"), anchor.phi, phi, omega, time, then)
+        return program, conditions
+
+    @cached_property
+    def _over_pieces(self) -> Callable[[Anchor], tuple[Program, None]] | None:
+        """The same from one recording, by what an anchor decides in it; None where few pieces do not make that pay."""
+        edges = self.machine.breakpoints
+        if edges.size < _MANY_PIECES or not self._of_pieces or self.machine.switches_at_speeds:
+            return None
+        recorder = Recorder()
+        arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
+        try:
+            program = recorder.program(self._terms(*arguments), arguments)
+        except _RECORDING_ERRORS:
+            return None
+        anchors, phi = 0.5 * (edges[:-1] + edges[1:])[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
+        self._compare(partial(program.function("numpy"), anchors), anchors, phi, self.machine.typical_speed, 0.0, [])
+        early, late = program.split(4)
+        decided = early.function("math")
+        return None if recorder.guards else lambda anchor: (late.bound(decided(anchor.phi)), None)
+
+    def _terms(
+        self, anchor: Any, phi: Any, omega: Any, time: Any, unknown: Any, *, deciding: Sequence[Any] = ()
+    ) -> list[Any]:
+        """The terms of `motion` at recorded numbers, one stage after another."""
+        terms: list[Any] = []
+        for stage in self.machine.stages:
+            station = stage.reduction.at(phi, anchor, NAMESPACE)
+            moment = sum(self._shares(station, omega, time, unknown, deciding))
+            terms += [station.reduced.inertia, station.reduced.slope, moment]
+        return terms
 
     def _shares(self, station: Station, omega: Any, time: Any, unknown: Any, deciding: Sequence[Any]) -> Iterator[Any]:
         """The terms of M* of a stage, without the flywheel and a motor's circuit."""
@@ -189,17 +218,12 @@ class Programs:
             if not (self._circuit and element.name.startswith(DRIVE)):
                 yield effort + unknown * factor
 
-    def _compare(self, program: Program, anchor: Anchor) -> None:
-        """Refuses a program that differs from the walk in the piece of its anchor, where both are defined."""
-        edges = self.machine.breakpoints
-        k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
-        phi = edges[k] + _SHARES * (edges[k + 1] - edges[k])
-        omega, time = (self.machine.typical_speed, 0.0) if anchor.omega is None else (float(anchor.omega), anchor.time)
-        deciding = [] if anchor.omega is None else [omega, time]
+    def _compare(self, values: Any, anchor: Any, phi: Array, omega: Any, time: Any, deciding: Sequence[Any]) -> None:
+        """Refuses the values of a program that differ from the walk at positions phi, where both are defined."""
         with np.errstate(all="ignore"):
-            outputs = program.function("numpy")(phi, omega, time, 1.0)
+            outputs = values(phi, omega, time, 1.0)
             for k, stage in enumerate(self.machine.stages):
-                station = stage.reduction.at(phi, anchor.phi)
+                station = stage.reduction.at(phi, anchor)
                 reduced, shares = station.reduced, [*self._shares(station, omega, time, 1.0, deciding)]
                 size = reduced.exchanged + sum(np.abs(share) for share in shares)
                 scales = (reduced.inertia, reduced.inertia), (reduced.slope, reduced.steepness), (sum(shares), size)
@@ -320,12 +344,7 @@ def deciders(effort: Effort) -> list[Expression]:
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-_BREAK_ERROR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
-_VALUE_ERROR = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
 _WIDTH_ROUNDING = 1e-12  # of a cell's width: what rounding may add
-_MOST_STRUCTURES, _MOST_TRIALS = 64, 200  # structures of one set of paths, and designs tried for them
-_LEAST_DESIGNS, _LEAST_SHARE = 12, 0.02  # designs, and their share of those left, that a structure is worth
-_MOST_POOR = 4  # structures that are not
 _SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
 _BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
 _FASTEST, _TYPICAL = 6, 7  # rows of a structure's numbers
@@ -490,7 +509,7 @@ class Structure:
     def kept(self, columns: Array) -> Mask:
         """Mask of the designs with this structure: guards kept, cells narrow enough, no branch that changes in one."""
         with np.errstate(all="ignore"):
-            good = _kept(self.conditions, columns)
+            good = kept_mask(self.conditions, columns)
             good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
             for first in range(0, columns.shape[1], _BLOCK_DESIGNS):
                 block = good[first : first + _BLOCK_DESIGNS]
@@ -500,7 +519,7 @@ class Structure:
     def widened(self, columns: Array) -> Structure:
         """The same with as many cells in each stretch as those designs need that keep its guards."""
         with np.errstate(all="ignore"):
-            kept = columns[:, _kept(self.conditions, columns)]
+            kept = columns[:, kept_mask(self.conditions, columns)]
             wider = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
             some = kept[:, :: max(1, kept.shape[1] // _SAMPLE)]
             for _ in range(_MOST_DOUBLED if any(walk.laws for walk in self.walks) else 0):
@@ -562,7 +581,7 @@ def _at(program: Program, columns: Array) -> Array:
     return np.stack([np.broadcast_to(value, columns.shape[1:]) for value in program.function()(0.0, *columns)])
 
 
-def _kept(conditions: Conditions, columns: Array) -> Mask:
+def kept_mask(conditions: Conditions, columns: Array) -> Mask:
     """Mask of the designs that keep all guards, a block at a time: hundreds of differences for each take much room."""
     blocks = [columns[:, first : first + _BLOCK_DESIGNS] for first in range(0, columns.shape[1], _BLOCK_DESIGNS)]
     masks = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
@@ -652,31 +671,6 @@ def _on_record(scene: Scene, recorder: Recorder) -> Scene:
 
     drive = None if scene.drive is None else changed(scene.drive)
     return replace(scene, loads=tuple(map(changed, scene.loads)), drive=drive)
-
-
-def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
-    """The paths whose numbers cannot be recorded even alone."""
-    base, unrecorded = with_numbers(scene, dict(zip(paths, values, strict=True))), []
-    for path, value in zip(paths, values, strict=True):
-        try:
-            recorded(base, [path], [value])
-        except UnrecordableError:
-            unrecorded.append(path)
-    return tuple(unrecorded)
-
-
-def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
-    """Conditions shared by designs that are refused like the one with these values; None if they cannot be recorded."""
-    recorder = Recorder()
-    recorder.input("phi")
-    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
-    try:
-        scene.with_(numbers)
-    except SceneError:
-        return recorder.conditions()
-    except Exception:
-        return None
-    return None
 
 
 def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:
@@ -789,102 +783,3 @@ def _varies(recorder: Recorder, value: Any) -> bool:
     program = recorder.program([value])
     varying = set(range(1, len(program.inputs)))
     return any(varying.intersection(operands) for _, *operands in program.operations)
-
-
-# -- proof -----------------------------------------------------------------------------------------------------------------
-
-
-def differs(structure: Structure, scene: Scene, values: Array) -> str:
-    """The difference between a structure and the plain machine of a design, in words; empty if they agree."""
-    machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
-    column = values[:, None]
-    edges = structure.edges(column)[:, 0]
-    away = np.abs(machine.breakpoints[:, None] - edges).min(axis=1).max()
-    if away > _BREAK_ERROR * structure.cycle:
-        return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
-    mesh = cells.cells(edges)
-    reduced = machine.reduce(mesh.phi, mesh.anchor)
-    outputs = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
-    rows = np.zeros((6, *mesh.phi.shape))
-    for part, program in structure.programs:
-        for row, value in enumerate(program.function()(mesh.phi[part], *values)):
-            rows[row, part] = value
-    for value, want in zip(rows, outputs, strict=True):
-        apart = np.abs(value - want).max()
-        if not apart <= _VALUE_ERROR * max(np.abs(want).max(), np.abs(value).max()):
-            return f"values differ by {apart:.2g}"
-    return ""
-
-
-class Structures:
-    """The structures of a scene whose numbers at some paths vary; they are recorded as designs need them."""
-
-    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
-        self.scene, self.paths, self.fixed, self.why = scene, tuple(paths), tuple[str, ...](), ""
-        self._structures: list[Structure] = []
-        self._refused: list[Conditions] = []
-        self._tries = self._poor = 0
-
-    def sorted(self, columns: Array) -> list[tuple[Structure, Index]]:
-        """Designs, numbers in columns (paths, designs; SI), by their structures; `why` has the reason why others remain."""
-        columns = np.asarray(columns, dtype=float)
-        left: Index = np.arange(columns.shape[1])
-        groups: list[tuple[Structure, Index]] = []
-        repeats = refusals = 0
-        while left.size:
-            if repeats < len(self._structures):
-                structure, repeats = self._structures[repeats], repeats + 1
-                mine = structure.kept(columns[:, left])
-                groups += [(structure, left[mine])] if mine.any() else []
-            elif refusals < len(self._refused):
-                conditions, refusals = self._refused[refusals], refusals + 1
-                mine = _kept(conditions, columns[:, left])
-            elif self._poor >= _MOST_POOR or len(self._structures) >= _MOST_STRUCTURES or self._tries >= _MOST_TRIALS:
-                break
-            else:
-                at = left.size // 2
-                if self._record(columns[:, left], columns[:, left[at]]):
-                    continue
-                mine = np.arange(left.size) == at
-            left = left[~mine]
-        return groups
-
-    def _record(self, columns: Array, values: Array) -> bool:
-        """Records the structure of a design, checked at two others that share it, or the reason of its refusal."""
-        self._tries += 1
-        try:
-            structure = self._of(values.tolist()).widened(columns)
-        except SceneError:  # sized one by one, it says what is wrong
-            conditions = refused(self.scene, self.paths, values.tolist())
-            self._refused += [] if conditions is None else [conditions]
-            return conditions is not None
-        except UnrecordedError as error:
-            self.why, self._poor = str(error), self._poor + 1
-            return False
-        mine = columns[:, structure.kept(columns)]
-        try:
-            ends = {0, mine.shape[1] - 1} if mine.size else set()
-            trouble = [text for k in ends if (text := differs(structure, self.scene, mine[:, k]))]
-        except SceneError as error:
-            trouble = [str(error)]
-        if trouble:
-            self.why, self._poor = f"the recorded machine and the machine itself differ: {trouble[0]}", self._poor + 1
-        if trouble or not mine.size:
-            return False
-        self._structures.append(structure)
-        if mine.shape[1] < max(_LEAST_DESIGNS, _LEAST_SHARE * columns.shape[1]):
-            self._poor += 1
-            if self._poor >= _MOST_POOR:
-                way = f"in {', '.join(self.fixed)}" if self.fixed else "in the order of angles, in narrow intervals"
-                self.why = self.why or f"designs differ in too many ways: {way}"
-        return True
-
-    def _of(self, values: list[float]) -> Structure:
-        """The structure of a design; numbers that cannot be recorded are constants."""
-        try:
-            return recorded(self.scene, self.paths, values, self.fixed)
-        except UnrecordableError:
-            self.fixed = () if self.fixed else lost(self.scene, self.paths, values)
-            if not self.fixed:
-                raise
-            return recorded(self.scene, self.paths, values, self.fixed)
