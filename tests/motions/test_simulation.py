@@ -405,16 +405,14 @@ def test_every_program_of_a_linkage_is_its_walk_all_over_its_piece(phase):
 
 
 def test_no_motion_goes_by_a_recording_that_is_not_the_machine(monkeypatch):
-    """One sum of the recorded walk is taken as a difference: told wherever a motion asks for it."""
-    recorded = Programs._recorded_motion
+    """A term of the recorded walk is off by a millionth: told wherever a motion asks for it."""
+    recorded = Programs._terms
 
-    def off(traced, anchor):
-        program, conditions = recorded(traced, anchor)
-        name, *operands = program.operations[-1]
-        swapped = "subtract" if name == "add" else "add"
-        return program._replace(operations=(*program.operations[:-1], (swapped, *operands))), conditions
+    def off(*arguments, **options):
+        first, *rest = recorded(*arguments, **options)
+        return [first * (1.0 + 1e-6), *rest]
 
-    monkeypatch.setattr(Programs, "_recorded_motion", off)
+    monkeypatch.setattr(Programs, "_terms", off)
     machine = flywheel.load(linkage_scene((SLIDER_CRANK, 1.0, 0.5)))
     with pytest.raises(SceneError, match="a recording that is not the machine"):
         flywheel.simulate(machine, 0.0, 5.0, 0.1)

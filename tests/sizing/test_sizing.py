@@ -334,14 +334,13 @@ def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
 
 def test_a_recording_that_is_not_the_machine_confirms_nothing(monkeypatch):
     """A constant of the recorded walk is off by a millionth: the figures may rest on it, the motion in time does not."""
-    recorded = Programs._recorded_motion
+    recorded = Programs._terms
 
-    def off(traced, anchor):
-        program, conditions = recorded(traced, anchor)
-        first, *rest = program.places
-        return program._replace(places=(first * (1.0 + 1e-6), *rest)), conditions
+    def off(*arguments, **options):
+        first, *rest = recorded(*arguments, **options)
+        return [first * (1.0 + 1e-6), *rest]
 
-    monkeypatch.setattr(Programs, "_recorded_motion", off)
+    monkeypatch.setattr(Programs, "_terms", off)
     sizing = flywheel.size(flywheel.load(scenes.ALL["press"]()))
     assert sizing.simulation is not None
     assert sizing.simulation.route == "quadrature"
