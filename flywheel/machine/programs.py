@@ -191,11 +191,13 @@ class Programs:
             program = recorder.program(self._terms(*arguments), arguments)
         except _RECORDING_ERRORS:
             return None
+        if recorder.guards:
+            return None
         anchors, phi = 0.5 * (edges[:-1] + edges[1:])[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
         self._compare(partial(program.function("numpy"), anchors), anchors, phi, self.machine.typical_speed, 0.0, [])
         early, late = program.split(4)
         decided = early.function("math")
-        return None if recorder.guards else lambda anchor: (late.bound(decided(anchor.phi)), None)
+        return lambda anchor: (late.bound(decided(anchor.phi)), None)
 
     def _terms(
         self, anchor: Any, phi: Any, omega: Any, time: Any, unknown: Any, *, deciding: Sequence[Any] = ()
