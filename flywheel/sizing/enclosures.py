@@ -34,7 +34,7 @@ INERTIA, SLOPE, MOMENT, UNKNOWN = range(4)
 _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # rows of a stage
 
 _LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 4_000, 450  # of a motion, at the first precision and above it, where each takes ten times as long
+_MOST_CELLS = 450  # of a motion: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
 _MISSED = 1e-6  # of a step by that effect: what it may miss
@@ -407,7 +407,7 @@ class Motions:
                 self._cells.append(cell)
                 self._laws.append(laws)
                 value = end
-            if len(self._cells) + len(todo) > _MOST_CELLS[order > PRECISIONS[0][1]]:
+            if len(self._cells) + len(todo) > _MOST_CELLS:
                 raise UnprovenError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
         sums = Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
@@ -418,12 +418,12 @@ class Motions:
 
         It is where polynomials miss the motion by more than they may, or where the sides of meshes are not proven.
         """
-        wheel, unknown, error = balls.exact(self._near.wheel), self._unknown, self._allowed(value)
+        wheel, unknown, most = balls.exact(self._near.wheel), self._unknown, _DEFECT * self._allowed(value)
         place = self._place(cell, laws, wheel, unknown)
         try:
-            own, _ = balls.solution(place, value, balls.line(value, 0), self._order, error)
+            own, _ = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
             exact = laws[0].outwards is not None
-            if exact and not balls.missed(place, own, self._order) * (cell.high - cell.low) < _DEFECT * error:
+            if exact and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
                 return None
             if laws[0].outwards:
                 self._check_sides(place, own, laws, wheel, unknown)
