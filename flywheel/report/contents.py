@@ -52,8 +52,9 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.power import entries, input_power
-from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, few_digits, place
+from flywheel.tables.rows import SI, SYSTEMS, Row, TradeUnits, few_digits, place
 from flywheel.tables.sizing import candidates, limit_names, remarks
+from flywheel.tables.strokes import parts_block
 from flywheel.tables.summary import Block, summary
 
 STYLE = """
@@ -346,7 +347,10 @@ def _parts(scene: Scene, sizing: Sizing | None, source: Source, printed: Solutio
         yield _scene(scene, [str(remark) for remark in scene.remarks])
         yield from _mechanisms(None, replace(scene, single_stroke=None))
         stroke = source if isinstance(source, SingleStroke) else single_stroke(scene)
-        yield from drive.sections(stroke, _figure_of_stroke(stroke))
+        answers = parts_block(stroke, SI)
+        rows = tuple((row.label, row.value, row.note) for row in answers.rows)
+        table = Table(answers.title, (_("part"), "", _("load")), rows)
+        yield from drive.sections(stroke, _figure_of_stroke(stroke), table)
         yield references(None, [scene.source] if scene.source else [])
         return
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])

@@ -23,7 +23,6 @@ from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
 from flywheel.tables.power import entries, input_power, sentence, with_and_without
 from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names
-from flywheel.tables.strokes import parts_block
 
 _MOST_POINTS = 30  # of a curve in a table
 
@@ -502,13 +501,13 @@ _SYMBOLS = {
 }
 
 
-def sections(result: SingleStroke, picture: Figure) -> Iterator[Section]:
-    """Sections on the stroke with its picture, the clutch, the brake, the drive, and the loads over their limits."""
+def sections(result: SingleStroke, picture: Figure, answers: Table) -> Iterator[Section]:
+    """Sections on a stroke: picture, clutch, brake, drive, the answers whether its parts suffice, and loads over limits."""
     yield _stroke(result, picture)
     yield _clutch(result)
     yield _brake(result)
     yield _drive(result)
-    yield _loads(result)
+    yield _loads(result, answers)
 
 
 def _of(result: SingleStroke, key: str, symbol: str, unit: str) -> Quantity:
@@ -647,7 +646,7 @@ def _drive(result: SingleStroke) -> Section:
     return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms))
 
 
-def _loads(result: SingleStroke) -> Section:
+def _loads(result: SingleStroke, answers: Table) -> Section:
     limits, loads = load_limits(result.strokes, result.phases, result.figures), list[tuple[Cell, ...]]()
     for name, share in result.shares.items():
         key, limit = limits[name]
@@ -657,11 +656,7 @@ def _loads(result: SingleStroke) -> Section:
         k for k, name in enumerate(result.shares) if exceeds(result.shares[name], result.error["shares"][name])
     )
     names = _("load"), _("value"), _("limit"), _("of its limit")
-    answers = parts_block(result, SI)
-    parts: list[Part] = [
-        Table(answers.title, (_("part"), "", names[0]), tuple((row.label, row.value, row.note) for row in answers.rows)),
-        Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond),
-    ]
+    parts: list[Part] = [answers, Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
     parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]
     parts += [Note(line, "remark") for line in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []
