@@ -14,10 +14,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from planar import Bar, Linkage, counts, fix, pin, slider_crank
 
 import bondgraph
 from bondgraph import Builder, I, R, Reduction, Se, Sf, drop_zero_velocity, reduce, simplify
-from bondgraph.planar import Bar, Linkage, counts, fix, pin, slider_crank
 
 RADIUS, ROD, CRANK, MASS, SWING, SLIDER, FORCE = 0.2, 0.6, 1.0, 2.0, 0.06, 3.0, -50.0
 ROD_ALONE = Bar(ROD, 1.5, 0.05, com=0.2)  # as long to its centre as the crank, so that the rod held there turns by -theta

@@ -32,8 +32,8 @@ from bondgraph import (
 from bondgraph.elements import exact
 from bondgraph.motion.algebra import solve_symmetric
 from bondgraph.motion.dynamics import Formulation
-from bondgraph.planar import Bar, four_bar
 from bondgraph.twin import Names, clean, numeric_function, twin
+from examples.bond_graphs.planar import Bar, four_bar
 from tests.extras import extra
 
 # What the tests of symbolic equations share: a slider-crank, and whether formulas agree with numbers.

@@ -1,5 +1,7 @@
 """Planar mechanisms as bond graphs, and the slider-crank by every method."""
 
+import doctest
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -8,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from bondgraph import Builder, Dynamics, GraphError, I, R, Reduction, Se, Sf, drop_zero_velocity, reduce, simplify
-from bondgraph.planar import Bar, counts, fix, four_bar, pin, rigid_body, slide, slider_crank
+from examples.bond_graphs import planar
 from examples.bond_graphs.compare_methods import (
     HARMONIC,
     STEADY,
@@ -27,6 +29,7 @@ from examples.bond_graphs.compare_methods import (
     small_ratio_inertia,
     triangle,
 )
+from examples.bond_graphs.planar import Bar, counts, fix, four_bar, pin, rigid_body, slide, slider_crank
 
 # Plane linkages: the body's own kinematics, then slider-crank and four-bar against their condensed graphs.
 
@@ -40,6 +43,12 @@ CLOSE = [1e-9, np.pi - 1e-9, np.pi, np.pi + 1e-7, 1e-5]  # to the dead centres
 PHI = np.concatenate([np.linspace(0, 2 * np.pi, 181), CLOSE])
 LENGTHS = st.floats(-1.0, 1.0)
 ANGLES = st.floats(-7.0, 7.0)
+
+
+def test_examples_in_the_docstrings():
+    results = doctest.testmod(planar)
+    assert results.failed == 0
+    assert results.attempted > 10
 
 
 def condensed(mechanism, port):

@@ -174,7 +174,7 @@ def test_an_erratum_needs_an_error_and_a_true_figure_its_digits(steps):
 mpl.use("Agg")
 
 FOLDER = Path(__file__).parents[2] / "examples" / "bond_graphs"
-GRAPH_SCRIPTS = sorted(FOLDER.glob("*.py"))
+GRAPH_SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if path.name != "planar.py")
 DRAWS_LEAST = 10_000  # bytes of a picture with something in it
 
 
@@ -185,6 +185,7 @@ def test_there_are_scripts():
 @pytest.mark.parametrize("script", sample(sorted(GRAPH_SCRIPTS, key=lambda path: path.stem != "rosenberg"), 9), ids=name)
 def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(FOLDER))
     monkeypatch.setattr("sys.argv", [script.name])
     main = runpy.run_path(str(script), run_name="example")["main"]
     picture = tmp_path / "picture.png"
