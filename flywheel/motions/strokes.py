@@ -31,7 +31,7 @@ _RPM = 30.0 / math.pi
 _SLOWEST, _FASTEST, _LOOKED_AT = 1e-3, 1e5, 400  # rad/s, and speeds between them where the torque is looked at
 _BELOW_IDLE = 1.0 - 1e-9  # of the idling speed, at which no torque tells which way a mesh passes power
 _HALVINGS = 6  # of a step of Newton's method whose stroke fails
-_LONGEST = 200.0  # turns at the typical speed: how long a phase is followed at the most
+_LONGEST, _LONGEST_SLIP = 200.0, 10.0  # turns at the typical speed: how long a phase, and a slip, is followed at the most
 _AT_REST = 1e-6  # of the typical speed: a crank slower than that does not move
 _FARTHEST_BACK = math.pi  # a crank that falls back by this before the clutch takes it along is lost
 _MOST_STEPS = 25  # of Newton's method
@@ -453,8 +453,9 @@ class Strokes:
     ) -> tuple[Trail, Trail]:
         """Both sides while the clutch slips, from the end of a locked leg (`fresh`) or from any speeds."""
         ratio, begin, goals, sense = self.ratio, side.time, acting.goals, acting.sense
-        longest = min(acting.last, begin + _LONGEST * TURN / self.typical)
-        until = min(longest, begin + acting.clutch.lasting + TURN / self.typical)
+        turn = TURN / self.typical
+        longest = min(acting.last, begin + acting.clutch.lasting + _LONGEST_SLIP * self.plan.continuous * turn)
+        until = min(longest, begin + turn)
         margin = _AFTER_LOCK * self.rtol * abs(side.omega) if fresh else 0.0
 
         def lost(t: Array, phi: Array, omega: Array) -> Array:
