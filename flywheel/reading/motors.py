@@ -63,7 +63,7 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.schema import SECTIONS, Section
 from flywheel.reading.tables import columns_of
-from flywheel.scene.scene import NOT_NEGATIVE, POSITIVE, Key, Phase, Range, Scene
+from flywheel.scene.scene import ELECTRIC_BRAKING, NOT_NEGATIVE, POSITIVE, Key, Phase, Range, Scene
 
 
 class Even(Range):
@@ -710,13 +710,17 @@ def _name(item: Item) -> str:
 def _check(item: Item) -> None:
     """Notes contradictions within one phase."""
     if item.fields["rest"]:
-        item.without(["loads", "changes", "starts"], "in a phase at rest", "the motor is off and the machine stands still")
+        item.without(
+            ["loads", "changes", "starts", "braking"], "in a phase at rest", "the motor is off and the machine stands still"
+        )
         item.without(["cycles"], "in a phase at rest", "give its duration")
         return
     item.without(["standstill_cooling"], "in a phase that runs", "it belongs to a phase with rest = true")
     starts = item.fields["starts"]
     if starts is not None and starts != int(starts):
         item.add("starts", show(item.raw["starts"]), "a whole number")
+    if not starts:
+        item.without(["braking"], "in a phase without starts", "give starts: each one is braked at its end")
     if "changes" not in item.raw:
         return
     changes = as_table(item.raw["changes"], f"{item.path}.changes", item.faults)
@@ -743,7 +747,7 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
     """The phases of a scene that was read without a fault, each with its machine."""
     rows = []
     for item in read:
-        fields, rest = item.fields, bool(item.fields["rest"])
+        fields, rest, braking = item.fields, bool(item.fields["rest"]), ELECTRIC_BRAKING[item.fields["braking"] or "none"]
         cooling = STANDSTILL_COOLING if fields["standstill_cooling"] is None else fields["standstill_cooling"]
         try:
             machine = None if rest else _machine(scene, item)
@@ -758,7 +762,8 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
                 scene=machine,
                 duration=fields["duration"],
                 cycles=fields["cycles"],
-                starts=int(fields["starts"] or 0),
+                starts=int(fields["starts"] or 0) * (1 + braking),
+                braking=braking,
                 cooling=cooling if rest else 1.0,
                 loaded=not rest and fields["loads"] != 0.0,
                 path=item.path,

@@ -13,7 +13,17 @@ from typing import Any, NamedTuple
 
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, METHODS, MOST, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
-from flywheel.scene.scene import DEFAULT_RTOL, MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, RTOL, Key, Range
+from flywheel.scene.scene import (
+    DEFAULT_RTOL,
+    ELECTRIC_BRAKING,
+    MASS,
+    NOT_NEGATIVE,
+    OWN_INERTIA,
+    POSITIVE,
+    RTOL,
+    Key,
+    Range,
+)
 
 TURN = 2 * math.pi
 NAME_PATTERN = r"[^\W\d][\w-]*"
@@ -268,6 +278,13 @@ _SECTIONS = (
             Key("loads", "number", "share of all loads but those of model losses", None, Range(0.0, 2.0), example="60 %"),
             Key("changes", "changes", "other values in the scene, by their paths, such as load.0.force"),
             Key("starts", "number", "number of starts from rest in the phase", None, NOT_NEGATIVE, example="1"),
+            Key(
+                "braking",
+                "choice",
+                "electric, after each of its starts",
+                "none",
+                choices=tuple(ELECTRIC_BRAKING),
+            ),
             Key("rest", "flag", "true: the motor is off and the machine stands still"),
             Key(
                 "standstill_cooling",

@@ -378,10 +378,15 @@ class SingleStroke(NamedTuple):
     inch: float | None = None
 
 
+ELECTRIC_BRAKING = {"none": 0, "direct-current": 1, "reversal": 3}
+"""Starts whose heat a motor has about as often while it brakes: by a direct current, or by reversal of its field."""
+
+
 class Phase(NamedTuple):
     """A phase of a duty: its machine, None at rest with the motor off, and its length.
 
-    One of `duration` (s) and `cycles` (of the machine) is set. `starts` is the number of starts from rest within the phase;
+    One of `duration` (s) and `cycles` (of the machine) is set. `starts` is the number of starts from rest within the phase,
+    each with the `braking` after it, which counts as so many more;
     `cooling` is the share of its time that counts for the motor's cooling at rest; `loaded` is False for a phase without
     loads.
     """
@@ -393,6 +398,7 @@ class Phase(NamedTuple):
     starts: int = 0
     cooling: float = 1.0
     loaded: bool = True
+    braking: int = 0
     path: str = "duty[0]"
 
 

@@ -46,6 +46,7 @@ _TOO_LONG = 0.05  # fraction of a phase that settling may take
 _FOLLOWED = 0.002  # fraction of a phase from which on the change of speed into it is followed in time
 _CHANGES = 1e-7  # error allowed of that
 _TO_AND_FRO = 2.0  # of the greatest rise of a steady cycle over its mean: the rise within a cycle that begins anywhere
+_COLD = 2.0  # K over the surroundings, within which a motor counts as cold (IEC 60034-1, S2)
 _ROUGHLY = 1e-6  # relative error above which a start is taken as linear in the flywheel
 
 
@@ -122,9 +123,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         hardest = max(running, key=lambda phase: _irregularity(runs[phase.name]))
         result, duty = size(_scene(hardest)), over(scene.duty, runs, scene.inertia)._replace(governing=hardest.name)
         messages = (*result.messages, *_messages(duty, scene, None), *_trips(runs, hardest))
-        return replace(
-            result, duty=duty, temperature=_temperature(duty, scene, runs), messages=tuple(dict.fromkeys(messages))
-        )
+        return replace(_with_duty(result, duty, scene, runs), messages=tuple(dict.fromkeys(messages)))
     whole = {name: scene.limits[name] for name in WHOLE if name in scene.limits}
     if whole and len(whole) == len(scene.limits):
         alone_there = f"limits of {' and '.join(whole)} alone, which are those of the whole duty"
@@ -164,9 +163,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     if whole and len(running) > 1:
         messages = (*messages, f"with a limit of {' and '.join(whole)} changes of speed between phases are left out")
     binding = decides or (alone[hardest.name].binding if inertia > 0.0 else None)
-    result = replace(
-        result, flywheel=wheel, duty=duty, temperature=_temperature(duty, scene, runs), limits=kept, binding=binding
-    )
+    result = replace(_with_duty(result, duty, scene, runs), flywheel=wheel, limits=kept, binding=binding)
     return replace(result, messages=tuple(dict.fromkeys(messages)))
 
 
@@ -628,15 +625,23 @@ def _type(phases: list[Phase], rows: list[PhaseLoad]) -> str | None:
     """The duty type of IEC 60034-1: one load that alternates with standstill or idling, or loads at several speeds."""
     loads = sum(phase.loaded for phase in phases)
     rests = sum(phase.scene is None for phase in phases)
-    idles, starts = len(phases) - loads - rests, any(phase.starts for phase in phases)
+    idles, braked = len(phases) - loads - rests, any(phase.braking for phase in phases)
+    starts = "S5" if braked else "S4" if any(phase.starts for phase in phases) else "S3"
     speeds = [row.speed for row in rows if row.speed]
     if loads == len(phases) > 1 and max(speeds) > (1.0 + _OTHER_SPEED) * min(speeds):
         return "S8"
     if loads != 1:
         return None
-    return {(False, False): "S7" if starts else "S1", (True, False): "S4" if starts else "S3", (False, True): "S6"}.get(
-        (rests > 0, idles > 0)
-    )
+    alone = {"S5": "S7", "S4": None, "S3": "S1"}[starts]
+    return {(False, False): alone, (True, False): starts, (False, True): "S6"}.get((rests > 0, idles > 0))
+
+
+def _with_duty(result: Sizing, duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Sizing:
+    """A sizing with its duty and the rise of the windings: S2 where they are as good as cold after each rest."""
+    rise = _temperature(duty, scene, runs)
+    if rise is not None and duty.type == "S3" and min(end for _name, end in rise.phases) <= _COLD:
+        duty = duty._replace(type="S2")
+    return replace(result, duty=duty, temperature=rise)
 
 
 def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temperature | None:
@@ -650,7 +655,7 @@ def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temper
         return None
     rated, sequence, ends, starts = scene.motor.rated_total_heat, list[Losses](), list[int](), dict[str, int]()
     above, late = 0.0, list[Losses]()  # with all losses of a start in its second half
-    for row in duty.phases:
+    for phase, row in zip(scene.duty, duty.phases, strict=True):
         heat, count = (row.heat or 0.0) * row.duration, row.starts or int(row.change_time is not None)
         time, joules = row.start_time or row.change_time or 0.0, row.start_heat or row.change_heat or 0.0
         steady = row.duration - count * time
@@ -662,7 +667,7 @@ def _temperature(duty: Duty, scene: Scene, runs: Mapping[str, Sizing]) -> Temper
         if not row.rest and (steadily := runs[row.name].temperature) is not None:
             above = max(above, steadily.greatest - data.rise * after)
         if row.starts:
-            starts[row.name] = starts_an_hour(data, after, Losses(time, share))
+            starts[row.name] = starts_an_hour(data, after, Losses(time * (1 + phase.braking), share))
     windings = course(data, sequence)
     above += abs(course(data, late).greatest - windings.greatest)
     rises = tuple((row.name, windings.ends[end]) for row, end in zip(duty.phases, ends, strict=True))

@@ -583,7 +583,7 @@ class PhaseLoad(NamedTuple):
 class Duty(NamedTuple):
     """A duty with one flywheel, and its motor's load. `governing` is the phase that decides the flywheel.
 
-    `type` is that of IEC 60034-1 if it is S1, S3, S4, S6, S7 or S8; `period`, `running` and `cooled` (s): the whole, the
+    `type` is that of IEC 60034-1 if it is one of S1 to S8; `period`, `running` and `cooled` (s): the whole, the
     part in which the motor is on, and the time that counts for cooling. `cyclic_duration_factor` is the share of the period
     in which the machine is loaded. `mean_power` (W) and `work` (J) are over the period; `rms_torque` (N m, at the drive's
     shaft), `heat` (W) and `current_rms` (A) over the time that cools, shares over the rated point. `errors` are relative.

@@ -17,14 +17,14 @@ _LOADED, _REST, _IDLING = (
     ('name = "rest"', 'duration = "6 min"', "rest = true  # the motor is off; it cools by a third, as its fan stands still"),
     ('name = "idling"', 'duration = "6 min"', "loads = 0"),
 )
-_BRAKED = "starts = 2  # one start, and a d.c. brake that heats about as one more; 4 for reversal"
-_S7 = ('name = "load"', 'duration = "10 min"', _BRAKED)
+_BRAKED = "starts = 1", 'braking = "direct-current"  # heats about as one start more; "reversal" as three'
+_S7 = ('name = "load"', 'duration = "10 min"', *_BRAKED)
 DUTIES: dict[str, tuple[tuple[str, ...], ...]] = {
     "s1": (('name = "load"', 'duration = "1 h"'),),
     "s2": (('name = "load"', 'duration = "30 min"'), ('name = "rest"', 'duration = "8 h"', _REST[2])),
     "s3": (_LOADED, _REST),
     "s4": ((*_LOADED, "starts = 1"), _REST),
-    "s5": ((*_LOADED, _BRAKED), _REST),
+    "s5": ((*_LOADED, *_BRAKED), _REST),
     "s6": (_LOADED, _IDLING),
     "s7": (_S7,),
     "s8": tuple(

@@ -558,7 +558,7 @@ def test_idling_is_an_exponential_however_long_it_lasts():
     [
         ({"shafts.wheel.clutch.torque": 4.0, "load": None}, r"never locks: at its release at crank angle 300 deg"),
         ({"load.0.from": "0 deg", "load.0.to": "90 deg", "load.0.torque": -600.0}, "does not move the crank|falls back"),
-        ({"load.0": {"on": "crank", "torque": "-2e3*omega"}, "shafts.wheel.clutch.torque": 60.0}, "not locked after 6.283 s"),
+        ({"load.0": {"on": "crank", "torque": "-2e3*omega"}, "shafts.wheel.clutch.torque": 60.0}, "not locked after 6.2"),
         ({"load.0.torque": -3000.0, "shafts.wheel.clutch.torque": 20.0}, "a crank that turns back at crank angle 123"),
         ({"load.0.torque": -1500.0}, r"a crank that stalls at crank angle 1.* slips again from crank angle 120 deg on"),
         ({"brake.0": {"torque": 4e3, "engage": "300 deg"}, "shafts.wheel.clutch.hold": 0.2}, "that still passes torque"),

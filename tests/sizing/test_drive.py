@@ -192,6 +192,29 @@ def test_types_and_duration_factor():
 
 
 @pytest.mark.slow
+def test_electric_braking_counts_as_starts_and_names_the_type():
+    """S5 and S7 of IEC 60034-1; S2 is S3 with windings that have cooled down."""
+    warm = PUNCH["drive"]["motor"] | {"thermal": {"time_constant": "20 min", "class": "F"}}
+    drive, load = {"drive": {"on": "motor", "motor": warm}}, {"duration": 60, "loads": "10 %"}
+    rest = {"duration": 300, "rest": True}
+
+    def sized(*phases):
+        return flywheel.size(scene(*phases, **drive), simulate=False)
+
+    plain, braked = sized(load | {"starts": 1}, rest), sized(load | {"starts": 1, "braking": "direct-current"}, rest)
+    four, back = sized(load | {"starts": 4}, rest), sized(load | {"starts": 1, "braking": "reversal"})
+    assert [each.duty.type for each in (plain, braked, four, back)] == ["S4", "S5", "S4", "S7"]
+    assert sized(load | {"starts": 1}).duty.type is None  # without rest and without a brake it cannot start again
+    assert braked.duty.phases[0].starts == 2
+    assert back.duty.phases[0].heat == pytest.approx(four.duty.phases[0].heat, rel=1e-12)
+    (once,), (twice,) = (each.temperature.starts.values() for each in (plain, braked))
+    assert 0.4 < twice / once < 0.6
+    assert [sized({"duration": 60}, rest | {"duration": time}).duty.type for time in (300, 7200)] == ["S3", "S2"]
+    with pytest.raises(SceneError, match=r"braking: found .* in a phase without starts"):
+        sized(load | {"braking": "reversal"}, rest)
+
+
+@pytest.mark.slow
 def test_starts_bring_their_own_heat_and_torque():
     idle, rest = {"duration": 60, "loads": "10 %"}, {"duration": 30, "rest": True}
     plain = flywheel.size(scene(idle, rest), simulate=False)
