@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -22,6 +22,8 @@ from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.scene.scene import Key, Mechanism, Output, Samples, Table, read_only
 
 Array = NDArray[np.float64]
+
+_KEPT_LAWS = 64  # whose pieces are kept
 
 
 class PositionCurve(Protocol):
@@ -218,19 +220,27 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
             raise TypeError("parameters of a law whose pieces depend on them")
         return FormulaCurve(law, read_only(parameters), plain.breakpoints, plain.switches)
 
-    def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
-        return {**parameters, "phi": Jet(Interval(lo, hi), 1.0)}
-
-    def valued(phi: Array, anchor: Array) -> Mapping[str, Any]:
-        return {**parameters, "phi": phi}
-
     try:
-        edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])
-        splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
+        pieces = _pieces(law, period, tuple((name, value) for name, value in parameters.items() if name in law.names))
     except SwitchingError as error:
         raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
+    return FormulaCurve(law, read_only(parameters), *pieces)
+
+
+@lru_cache(maxsize=_KEPT_LAWS)
+def _pieces(law: Expression, period: float, parameters: tuple[tuple[str, float], ...]) -> tuple[tuple[float, ...], ...]:
+    """Angles at which cells begin for a law to be followed, and those at which it switches; both begin with 0."""
+
+    def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**dict(parameters), "phi": Jet(Interval(lo, hi), 1.0)}
+
+    def valued(phi: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**dict(parameters), "phi": phi}
+
+    edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])
+    splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
     cells = np.unique(np.concatenate((edges, splits)))
-    return FormulaCurve(law, read_only(parameters), tuple(cells.tolist())[:-1], tuple(edges.tolist())[:-1])
+    return tuple(cells.tolist())[:-1], tuple(edges.tolist())[:-1]
 
 
 def _plain(curve: PositionCurve) -> PositionCurve:

@@ -174,8 +174,8 @@ def _mapped(linkage: Linkage, change: Callable[[Any], Any]) -> Linkage:
 
 
 def _unweighed(linkage: Linkage) -> Linkage:
-    """A linkage without masses, on which no position depends, nor on the guesses and sides of its assembly."""
-    links = (link._replace(mass=0.0, inertia=0.0, com=(0.0, 0.0), guess=None) for link in linkage.links)
+    """A linkage without masses, guesses and sides of its assembly, on which no equation depends."""
+    links = (link._replace(guess=None) for link in linkage.unweighed().links)
     joints = (joint._replace(guess=None, friction=0.0, radius=0.0, length=0.0) for joint in linkage.joints)
     return replace(linkage, links=tuple(links), joints=tuple(joints), sides=(), start=0.0)
 
@@ -630,7 +630,9 @@ def _near_locks(cycle: Cyclic) -> Iterator[float]:
 def _switches(cycle: Cyclic) -> tuple[float, ...]:
     """Coordinates of the driver at which a cam passes a breakpoint of its lift."""
     solution, period = cycle.solution, cycle.period
-    places: set[float] = set()
+    places: set[float] = set(solution.kept.get(period, ()))
+    if places:
+        return tuple(sorted(places))
     for relation in solution.equations.loops.relations:
         lift = relation.lift
         if lift is None:
@@ -638,6 +640,7 @@ def _switches(cycle: Cyclic) -> tuple[float, ...]:
         for angle in lift.curve.breakpoints:
             passed = _passages(cycle, relation.first, angle, lift.period)
             places.update(passed if period is None else (q % period for q in passed))
+    solution.kept[period] = places
     return tuple(sorted(places))
 
 

@@ -423,6 +423,10 @@ class Expression:
     text: str
     tree: Node
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled without what has been evaluated of it: equal expressions have equal digests."""
+        return Expression, (self.text, self.tree)
+
     @property
     def excerpt(self) -> str:
         """The text, shortened for faults, which are single lines."""

@@ -8,7 +8,7 @@ for a linkage can be cached. Lengths in m, angles in rad, masses in kg.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -164,6 +164,10 @@ class Linkage:
     def names(self) -> tuple[str, ...]:
         """Names of all bodies, `frame` first: the order of every array of poses."""
         return (FRAME, *(link.name for link in self.links))
+
+    def unweighed(self) -> Linkage:
+        """The same without masses, on which no position depends."""
+        return replace(self, links=tuple(link._replace(mass=0.0, inertia=0.0, com=(0.0, 0.0)) for link in self.links))
 
     def carrier(self, coupling: Coupling) -> str:
         """The body that carries both joints of a coupling: the frame, if they have it in common."""

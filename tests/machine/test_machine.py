@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -16,13 +17,16 @@ from bondgraph.elements import Here
 from flywheel.designs import figures as designs
 from flywheel.machine.loads import Effort, Place, Senses, TableCurve, crank_angles
 from flywheel.machine.machine import dead_centres
+from flywheel.machine.reactions import solution_of
 from flywheel.numerics.expressions import parse
+from flywheel.reading.scenes import parse_scene
 from flywheel.scene.scene import Load, Table, Transmission
 from tests import regimes, scenes
 
 # From a scene to its machine: loads as laws of position, the graph, breakpoints, narrow features.
 
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 TURN = 2 * np.pi
 SHAFT = Place("crank", lambda here: here.q)
 
@@ -409,6 +413,20 @@ def test_switches_on_displacement_follow_the_mechanism():
     load = [{"on": "yoke", "force": "-100 if x > 0.25 else 0"}]
     result = machine(scenes.yoke(load=load)).breakpoints
     assert_allclose(result, [0, np.pi / 3, 5 * np.pi / 3, 2 * np.pi], atol=1e-14)
+
+
+def test_machines_that_differ_by_masses_alone_have_the_same_angles():
+    """A cam's follower of three masses: breakpoints are kept, and I* is linear in the mass."""
+    text = (EXAMPLES / "linkages/cam_press.toml").read_text("utf-8")
+    scenes_of_masses = (parse_scene(text.replace('mass = "9 kg"', f'mass = "{mass} kg"')) for mass in (9, 30, 51))
+    light, middle, heavy = map(flywheel.Machine, scenes_of_masses)
+    assert middle.landmarks is light.landmarks
+    phi = np.linspace(0.0, light.scene.cycle, 50)
+    one, two, three = (machine.reduce(phi).inertia for machine in (light, middle, heavy))
+    assert np.ptp(two - one) > 1e-3
+    assert_allclose(three - two, two - one, rtol=1e-9, atol=1e-12)
+    poses = [solution_of(machine.scene.mechanisms[0])[0].poses(1.0) for machine in (light, heavy)]
+    assert [each.linkage.link("bell_crank").mass for each in poses] == [9.0, 51.0]
 
 
 @pytest.mark.parametrize("width", [1e-2, 1e-5])

@@ -18,9 +18,10 @@ Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property, lru_cache
 from math import sqrt, tau
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -218,7 +219,8 @@ class Solution:
     """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides).
 
     `winding` is the gain of each variable over the range (rad) if that is whole turns after which the linkage returns; its
-    positions are then known at any coordinate. None if it does not return.
+    positions are then known at any coordinate. None if it does not return. `kept` is what other modules evaluate of its
+    positions, and keep with them, whatever its bodies weigh.
     """
 
     def __init__(self, equations: Equations, trace: Track, low: float, high: float) -> None:
@@ -232,6 +234,13 @@ class Solution:
         self.winding: Array | None = None
         self._refine()
         self.winding = self._gain()
+        self.kept: dict[Any, Any] = {}
+
+    def weighed(self, linkage: Linkage) -> Solution:
+        """The positions of a linkage that has other masses alone."""
+        solution = copy(self)
+        solution.linkage = linkage
+        return solution
 
     def _refine(self) -> None:
         """Nodes between, until the quintic predicts so well that one Newton step is the last."""
@@ -427,7 +436,7 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
     if not high > low:
         raise SceneError([Fault("high", f"{high:g}", f"a number above low, {low:g}")])
     check(linkage)
-    return _continued(linkage, float(low), float(high))
+    return _continued(linkage.unweighed(), float(low), float(high)).weighed(linkage)
 
 
 def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
@@ -445,7 +454,7 @@ def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
     if not coordinates.size:
         raise SceneError([Fault("q", "no position", "finite numbers")])
     check(linkage)
-    return _continued(linkage, float(coordinates.min()), float(coordinates.max()))
+    return _continued(linkage.unweighed(), float(coordinates.min()), float(coordinates.max())).weighed(linkage)
 
 
 @lru_cache(maxsize=32)
