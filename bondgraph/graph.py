@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from bondgraph.elements import (
     DOMAINS,
@@ -515,29 +515,22 @@ class Relation(NamedTuple):
     terms: tuple[Term, ...]
 
 
-class Scale(NamedTuple):
-    """A variable is a ratio times another."""
-
-    source: int
-    target: int
-    ratio: Ratio
-
-
-class Sum(NamedTuple):
-    """A variable is a sum of others."""
-
-    target: int
-    terms: tuple[tuple[int, float], ...]
-
-
-class Solve(NamedTuple):
-    """Several variables that follow together from as many relations."""
+class Step(NamedTuple):
+    """Variables that follow from as many relations: one that is a sum of terms, ratio times variable, or a linear system."""
 
     unknown: tuple[int, ...]
     relations: tuple[Relation, ...]
+    terms: tuple[tuple[int, Ratio], ...] | None = None
 
 
-Step = Scale | Sum | Solve
+def sources(step: Step) -> tuple[int, ...]:
+    """The variables that a step needs."""
+    return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
+
+
+def ratios(step: Step) -> tuple[Ratio, ...]:
+    """The ratios that a step uses."""
+    return tuple(ratio for r in step.relations for _, ratio, _ in r.terms)
 
 
 def flow_variables(graph: BondGraph) -> dict[int, int]:
@@ -595,7 +588,7 @@ def _relations(
     return relations
 
 
-def constant(ratio: Ratio) -> bool:
+def constant(ratio: Ratio) -> TypeGuard[float]:
     """True if a ratio is a plain number, or a symbol that stands for one."""
     return not isinstance(ratio, Function | Modulus)
 
@@ -604,8 +597,8 @@ def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
     """All local steps that known variables permit; `waiting` and `determined` are updated.
 
     >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
-    >>> plan([gear], {0}), plan([gear], {1})
-    ([Scale(source=0, target=1, ratio=2.0)], [Scale(source=1, target=0, ratio=0.5)])
+    >>> [step.terms for step in (*plan([gear], {0}), *plan([gear], {1}))]
+    [((0, 2.0),), ((1, 0.5),)]
     """
     steps: list[Step] = []
     before = -1
@@ -616,39 +609,22 @@ def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
             if step is not None:
                 waiting.remove(relation)
                 steps.append(step)
-                determined.add(step.target)
+                determined.update(step.unknown)
     return steps
 
 
-def _local(relation: Relation, determined: set[int]) -> Scale | Sum | None:
+def _local(relation: Relation, determined: set[int]) -> Step | None:
     """The step that gives a relation's one unknown variable, if it needs no division by a modulus."""
     unknown = [term for term in relation.terms if term[0] not in determined]
-    if len(unknown) != 1 or not constant(unknown[0][1]) or unknown[0][1] == 0.0:
+    if len(unknown) != 1:
         return None
     target, factor, sign = unknown[0]
-    assert not isinstance(factor, Function | Modulus)
-    others = [term for term in relation.terms if term[0] != target]
-    if len(others) == 1:
-        source, ratio, other = others[0]
-        scale = -other / (sign * factor)
-        if isinstance(ratio, Function | Modulus):
-            return Scale(source, target, ratio) if scale == 1.0 else None
-        return Scale(source, target, ratio * scale)
-    if not all(constant(ratio) for _, ratio, _ in others):
+    if not constant(factor) or factor == 0.0:
         return None
-    return Sum(target, tuple((v, -s / sign) for v, _, s in others))
-
-
-def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Relation], unknown: Iterable[int]) -> Solve:
-    """The linear system that remains for loops; an error if it is not square."""
-    missing = tuple(sorted(unknown))
-    if len(waiting) < len(missing):
-        names = [next(b for b in graph.bonds if variable[b.number] == v) for v in missing]
-        free = ", ".join(f"bond {b.number} ({b.tail} - {b.head})" for b in names)
-        raise GraphError(f"more than one degree of freedom: nothing connects {free} with the coordinate")
-    if len(waiting) > len(missing):
-        raise GraphError("over-constrained: too many relations at " + ", ".join(places(graph, waiting)))
-    return Solve(missing, tuple(waiting))
+    others = [(v, ratio, -other / (sign * factor)) for v, ratio, other in relation.terms if v != target]
+    terms = tuple((v, ratio * scale if constant(ratio) else ratio) for v, ratio, scale in others)
+    plain = all(constant(ratio) for _, ratio, _ in others)
+    return Step((target,), (relation,), terms) if plain or (len(others) == 1 and others[0][2] == 1.0) else None
 
 
 def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:

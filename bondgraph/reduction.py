@@ -32,15 +32,12 @@ from bondgraph.elements import (
 from bondgraph.graph import (
     BondGraph,
     Ratio,
-    Scale,
-    Solve,
     Step,
-    Sum,
     as_graph,
-    closed,
     entry,
     flow_relations,
     flow_variables,
+    places,
     plan,
 )
 from bondgraph.numerics import count as count  # walks of graphs are counted by it
@@ -118,10 +115,9 @@ class Reduction:
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = {self.variable[coordinate]: 1.0}  # flow variables in a constant ratio to the coordinate, with it
         for step in self._steps:
-            if isinstance(step, Scale) and step.source in self.uniform and isinstance(step.ratio, (float, Real)):
-                self.uniform[step.target] = step.ratio * self.uniform[step.source]
-            elif isinstance(step, Sum) and all(source in self.uniform for source, _ in step.terms):
-                self.uniform[step.target] = sum(sign * self.uniform[source] for source, sign in step.terms)
+            terms = [(v, ratio) for v, ratio in step.terms or () if v in self.uniform and isinstance(ratio, (float, Real))]
+            if step.terms is not None and len(terms) == len(step.terms):
+                self.uniform[step.unknown[0]] = sum(ratio * self.uniform[v] for v, ratio in terms)
         one_ports = [(e, self.variable[e.name]) for e in graph.elements.values() if only is None or e.name in only]
         self._inertias = [(e, graph.constant(e.name), f) for e, f in one_ports if e.kind == "I" and e.law]
         sources = [
@@ -243,32 +239,25 @@ class Reduction:
         flows.gain[self.variable[self.coordinate]] = 1.0
         gain, slope = flows
         for step in self._steps:
-            if isinstance(step, Scale):
-                gain[step.target] = at.ratio(step.ratio) * gain[step.source]
-            elif isinstance(step, Sum):
+            if step.terms is not None:
                 added: Any = 0.0
-                for source, sign in step.terms:
-                    added = added + sign * gain[source]
-                gain[step.target] = added
+                for v, ratio in step.terms:
+                    added = added + at.ratio(ratio) * gain[v]
+                gain[step.unknown[0]] = added
             else:
                 solution = _linear(*_assembled(step, at, at.ratio, gain))
                 for k, variable in enumerate(step.unknown):
                     gain[variable] = solution[..., k]
         for step in self._steps:
-            if isinstance(step, Scale):
-                along, ratio_slope = slope[step.source], at.ratio_slope(step.ratio)
-                if along is not _ZERO and ratio_slope is not _ZERO:
-                    slope[step.target] = at.ratio(step.ratio) * along + ratio_slope * gain[step.source]
-                elif along is not _ZERO:
-                    slope[step.target] = at.ratio(step.ratio) * along
-                elif ratio_slope is not _ZERO:
-                    slope[step.target] = ratio_slope * gain[step.source]
-            elif isinstance(step, Sum):
+            if step.terms is not None:
                 added = _ZERO
-                for source, sign in step.terms:
-                    if slope[source] is not _ZERO:
-                        added = added + sign * slope[source]
-                slope[step.target] = added
+                for v, ratio in step.terms:
+                    along, ratio_slope = slope[v], at.ratio_slope(ratio)
+                    if along is not _ZERO:
+                        added = added + at.ratio(ratio) * along
+                    if ratio_slope is not _ZERO:
+                        added = added + ratio_slope * gain[v]
+                slope[step.unknown[0]] = added
             else:
                 matrix, right = _assembled(step, at, at.ratio, slope)
                 matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, gain)
@@ -517,7 +506,7 @@ class _LawPositions:
         return law
 
 
-def _assembled(step: Solve, at: _LawPositions, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
+def _assembled(step: Step, at: _LawPositions, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
     matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))
@@ -557,12 +546,16 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
     flows = {flow[graph.at(coordinate)[0].number]}
     waiting = flow_relations(graph, flow)
     still = {flow[graph.bond_of(name).number] for name in grounded}
-    steps: list[Step] = [Sum(variable, ()) for variable in sorted(still)]
+    steps = [Step((variable,), (), ()) for variable in sorted(still)]
     if flows & still:
         raise GraphError(f"the coordinate 1:{coordinate} is held at zero flow")
     flows |= still
     steps += plan(waiting, flows)
-    unknown = set(flow.values()) - flows
-    if unknown or waiting:
-        steps.append(closed(graph, flow, waiting, unknown))
-    return steps
+    unknown = tuple(sorted(set(flow.values()) - flows))
+    if len(waiting) < len(unknown):
+        bonds = [next(b for b in graph.bonds if flow[b.number] == v) for v in unknown]
+        free = ", ".join(f"bond {b.number} ({b.tail} - {b.head})" for b in bonds)
+        raise GraphError(f"more than one degree of freedom: nothing connects {free} with the coordinate")
+    if len(waiting) > len(unknown):
+        raise GraphError("over-constrained: too many relations at " + ", ".join(places(graph, waiting)))
+    return [*steps, Step(unknown, tuple(waiting))] if unknown else steps

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from bondgraph.elements import (
-    OWN_FLOW,
     TIME,
     Dual,
     Element,
@@ -29,9 +28,9 @@ from bondgraph.elements import (
     exact,
     replaced,
 )
-from bondgraph.graph import BondGraph, Scale, Sum
+from bondgraph.graph import BondGraph
 from bondgraph.motion.algebra import eliminated, total
-from bondgraph.motion.walk import Port, Tables, Walk, displacements, targets, upstream
+from bondgraph.motion.walk import Port, Tables, Walk, displacements, upstream
 
 _ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
@@ -314,14 +313,12 @@ class SymbolicWalk(Walk):
 
         form, columns = self.form, {self.form.column[p.output] for p in ports}
         steps = [form.steps[k] for k in upstream(form, {v for p in ports for v in form.reads(p)})]
-        needed = {v for step in steps for v in targets(step)} | set(form.column)
+        needed = {v for step in steps for v in step.unknown} | set(form.column)
         unknown = {v for v in needed if columns.intersection(form.support[v])}
         made: list[list[tuple[int, Any]]] = []
-        for step in (step for step in steps if unknown.intersection(targets(step))):
-            if isinstance(step, Scale):
-                made.append([(step.target, -1), (step.source, self._ratio(step.ratio))])
-            elif isinstance(step, Sum):
-                made.append([(step.target, -1), *step.terms])
+        for step in (step for step in steps if unknown.intersection(step.unknown)):
+            if step.terms is not None:
+                made.append([(step.unknown[0], -1), *((v, self._ratio(ratio)) for v, ratio in step.terms)])
             else:
                 made += [[(v, sign * self._ratio(ratio)) for v, ratio, sign in r.terms] for r in step.relations]
         lines = [self._line(port) for port in ports]
@@ -369,29 +366,23 @@ class SymbolicWalk(Walk):
         """The terms and the constant whose sum is 0 by a law that is a straight line in what the loop gives; else None."""
         import sympy
 
-        name, law, kind = port.element.name, port.element.law, port.element.kind
-        effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
-        own = self.graph.own(name)
-        if kind == "R" and own is None:
-            return [(effort, -1), (flow, port.sign * self._resistance(name))], 0
+        name, law = port.element.name, port.element.law
+        (left, sign), reads = self.form.sides(port)
+        if port.element.kind == "R" and self.graph.own(name) is None:
+            flow = port.input if port.gives == "e" else port.output
+            return [(left, -1), (flow, port.sign * self._resistance(name))], 0
         if not isinstance(law, Function):
             return None
-        at = flow if own == OWN_FLOW else effort
-        read = {n: at if n == own else self.form.read(port, n) for n in law.of}
-        names = {n: sympy.Dummy(real=True) for n, v in read.items() if v is not None}
+        names = {n: sympy.Dummy(real=True) for n in reads}
         value, partials = super()._symbolic_partials(law, self._arguments(law, name, outputs=names))
-        signs = {n: port.sign if n == OWN_FLOW else 1 for n in names}
         there = dict.fromkeys(names.values(), sympy.S.Zero)
         if any(partial.has(*names.values()) for partial in partials):
             if self.point is None:
                 return None
-            there = {names[n]: sympy.Float(signs[n] * self.point(v), 17) for n, v in read.items() if v is not None}
-        partials = tuple(partial.xreplace(there) for partial in partials)  # of its tangent, if it is no straight line
-        tangent = dict(zip(law.of, partials, strict=True))
+            there = {names[n]: sympy.Float(factor * self.point(v), 17) for n, (v, factor) in reads.items()}
+        tangent = {n: d.xreplace(there) for n, d in zip(law.of, partials, strict=True)}  # itself, if it is a straight line
         constant = value.xreplace(there) - total(tangent[n] * there[names[n]] for n in names)
-        slopes = [(v, signs[n] * a) for (n, v), a in zip(read.items(), partials, strict=True) if v is not None]
-        left = (effort, -1) if own == OWN_FLOW else (flow, -port.sign) if own else (port.output, -1)
-        return [left, *slopes], constant
+        return [(left, -sign), *((v, factor * tangent[n]) for n, (v, factor) in reads.items())], constant
 
     def _step(self, value: Any) -> Any:
         """A symbol for an intermediate result, if it is more than one."""

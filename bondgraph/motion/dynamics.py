@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import (
     ONE_PORTS,
-    OWN_FLOW,
     SOURCES,
     STORES,
     Element,
@@ -41,7 +40,6 @@ from bondgraph.graph import (
     Bond,
     BondGraph,
     Relation,
-    Solve,
     Step,
     as_graph,
     constant,
@@ -51,6 +49,8 @@ from bondgraph.graph import (
     flow_variables,
     places,
     plan,
+    ratios,
+    sources,
 )
 from bondgraph.motion.algebra import SOUGHT, Balance, eliminated, settle, solutions
 from bondgraph.motion.runge_kutta import MANY
@@ -63,9 +63,6 @@ from bondgraph.motion.walk import (
     Walk,
     displacements,
     loop_name,
-    ratios,
-    sources,
-    targets,
     upstream,
 )
 from bondgraph.numerics import components, reached_from
@@ -146,8 +143,7 @@ class Formulation(JunctionStructure):
         determined = set(self.column)
         every = {*self.flow.values(), *self.effort.values()}
         self.steps: list[Step] = []
-        self.origins: list[tuple[Relation, ...]] = []
-        self._extend(waiting, determined)
+        self.steps += plan(waiting, determined)
         for block in _blocks(graph, waiting, every - determined):
             if block.unknown[0] in determined:
                 continue
@@ -157,25 +153,13 @@ class Formulation(JunctionStructure):
                 at = ", ".join(dict.fromkeys(places(graph, block.relations)))
                 raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
             self.steps.append(block)
-            self.origins.append(block.relations)
             determined.update(block.unknown)
             waiting = [r for r in waiting if r not in block.relations]
-            self._extend(waiting, determined)
+            self.steps += plan(waiting, determined)
         self.support: dict[int, tuple[int, ...]] = {variable: (k,) for variable, k in self.column.items()}
         for step in self.steps:
             on = {k for v in sources(step) for k in self.support[v]}
-            self.support |= dict.fromkeys(targets(step), tuple(sorted(on)))
-
-    def _extend(self, waiting: list[Relation], determined: set[int]) -> None:
-        before = list(waiting)
-        steps = plan(waiting, determined)
-        left = [r for r in before if r not in waiting]
-        for step in steps:
-            (target,), from_ = targets(step), set(sources(step))
-            relation = next(r for r in left if {v for v, _, _ in r.terms} == {target, *from_})
-            left.remove(relation)
-            self.steps.append(step)
-            self.origins.append((relation,))
+            self.support |= dict.fromkeys(step.unknown, tuple(sorted(on)))
 
     def _ordered(self) -> Iterator[Group]:
         """Acting ports in an order in which each finds what it needs, loops as one."""
@@ -192,7 +176,7 @@ class Formulation(JunctionStructure):
         """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
         groups = []
         for step in self.steps:
-            if not isinstance(step, Solve) or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
+            if step.terms is not None or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
                 continue
             (target,), relation = step.unknown, step.relations[0]
             ratio = next(r for v, r, _ in relation.terms if v == target)
@@ -223,7 +207,7 @@ class Formulation(JunctionStructure):
         self._written(more, assignment)
 
 
-def _check_rank(graph: BondGraph, block: Solve) -> None:
+def _check_rank(graph: BondGraph, block: Step) -> None:
     """Refuses a system that its numbers make singular; moduli count as numbers in no relation to each other."""
     numbers: dict[int, float] = {}
     matrix = np.zeros((len(block.unknown),) * 2)
@@ -356,7 +340,7 @@ def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
     )
 
 
-def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Solve]:
+def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Step]:
     """The equations that local steps leave, as the smallest linear systems, in the order of their solution."""
     can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
     owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
@@ -375,7 +359,7 @@ def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[i
         raise GraphError(_contradiction(graph, left or waiting))
     gives = {k: variable for variable, k in owner.items()}
     needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
-    return [Solve(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)]
+    return [Step(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)]
 
 
 def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
@@ -434,10 +418,10 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
                 gains[k] = gains.get(k, Fraction()) + factor * share
         return {k: share for k, share in gains.items() if share}
 
-    for step, relations in zip(form.steps, form.origins, strict=True):
-        terms, made = [term for r in relations for term in r.terms], targets(step)
+    for step in form.steps:
+        terms, made = [term for r in step.relations for term in r.terms], step.unknown
         if all(isinstance(ratio, float | int) and (v in gain or v in made) for v, ratio, _ in terms):
-            rows = [[(v, int(sign) * Fraction(ratio)) for v, ratio, sign in r.terms] for r in relations]  # type: ignore[arg-type]
+            rows = [[(v, int(sign) * Fraction(ratio)) for v, ratio, sign in r.terms] for r in step.relations]  # type: ignore[arg-type]
             own = [combined(((v, a) for v, a in row if v in made), unit) for row in rows]
             gain |= eliminated(own, [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows])
     closed = set[int]()
@@ -521,20 +505,15 @@ def _number(graph: BondGraph, name: str) -> float | None:
 
 def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
     """The terms of variables whose sum is 0 by a resistor's law, if that is a straight line of numbers; else none."""
-    name, law, graph = port.element.name, port.element.law, form.graph
-    effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
-    sign, own = int(port.sign), graph.own(name)
-    if port.element.kind == "R" and (resistance := _number(graph, name)) is not None:
-        return [(effort, Fraction(1)), (flow, -sign * Fraction(resistance))]
-    if port.element.kind != "R" or own is None or not isinstance(law, Function) or not law.is_affine:
+    law, ((left, sign), reads) = port.element.law, form.sides(port)
+    if port.element.kind == "R" and (resistance := _number(form.graph, port.element.name)) is not None:
+        flow = port.input if port.gives == "e" else port.output
+        return [(left, Fraction(1)), (flow, -Fraction(port.sign * resistance))]
+    if port.element.kind != "R" or not isinstance(law, Function) or not law.is_affine or reads.keys() != {*law.of}:
         return []
-    at = flow if own == OWN_FLOW else effort
-    read = [at if n == own else form.read(port, n) for n in law.of]
     value, slopes = law.partials(*[0.0] * len(law.of))
-    signs = [sign if n == OWN_FLOW else 1 for n in law.of]
-    terms = [(v, k * Fraction(s)) for v, k, s in zip(read, signs, slopes, strict=True) if v is not None]
-    left = (effort, Fraction(-1)) if own == OWN_FLOW else (flow, Fraction(-sign))
-    return [] if value or None in read else [left, *terms]
+    terms = [(reads[n][0], Fraction(reads[n][1] * slope)) for n, slope in zip(law.of, slopes, strict=True)]
+    return [] if value else [(left, Fraction(-sign)), *terms]
 
 
 def _weighed(form: Formulation) -> tuple[int, ...]:

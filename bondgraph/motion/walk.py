@@ -33,7 +33,7 @@ from bondgraph.elements import (
     Motion,
     is_symbolic,
 )
-from bondgraph.graph import BondGraph, Ratio, Relation, Scale, Solve, Step, Sum, entry
+from bondgraph.graph import BondGraph, Ratio, Step, constant, entry, sources
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.recording import Recorded
 
@@ -93,7 +93,6 @@ class JunctionStructure:
     groups: tuple[Group, ...]
     column: Mapping[int, int]
     steps: list[Step]
-    origins: list[tuple[Relation, ...]]
     support: Mapping[int, tuple[int, ...]]
     ties: Mapping[str, Sequence[tuple[str, str]]]
     displacements: tuple[Displacement, ...]
@@ -126,11 +125,11 @@ class JunctionStructure:
         names, todo, seen = dict[str, None](), [variable], set[int]()
         while todo:
             target = todo.pop()
-            for origin, step in zip(self.origins, self.steps, strict=True) if target not in seen else ():
-                if target not in targets(step):
+            for step in self.steps if target not in seen else ():
+                if target not in step.unknown:
                     continue
                 todo += [v for v in sources(step) if v not in self.column]
-                names |= {r.name: None for r in origin if self.graph.elements[r.name].kind in ("TF", "GY")}
+                names |= {r.name: None for r in step.relations if self.graph.elements[r.name].kind in ("TF", "GY")}
             seen.add(target)
         return list(names)
 
@@ -153,6 +152,20 @@ class JunctionStructure:
         read = [v for name in getattr(law, "of", ()) if (v := self.read(port, name)) is not None]
         return (*((port.input,) if kind == "R" else ()), *read)
 
+    def sides(self, port: Port) -> tuple[tuple[int, float], dict[str, tuple[int, float]]]:
+        """The quantity that the law of an acting port gives, and those that it reads at the same instant, by name.
+
+        Each is a variable with its sign in the law: of a resistor e = law(f), or f = law(e) where its law reads its effort.
+        """
+        effort, flow = (port.output, port.input) if port.gives == "e" else (port.input, port.output)
+        own, law = self.graph.own(port.element.name), port.element.law
+        reads = {n: (v, 1.0) for n in getattr(law, "of", ()) if (v := self.read(port, n)) is not None}
+        if own == OWN_EFFORT:
+            return (flow, port.sign), {own: (effort, 1.0), **reads}
+        if own is not None:
+            reads[own] = flow, port.sign
+        return (effort if port.element.kind == "R" else port.output, 1.0), reads
+
     def read(self, port: Port, name: str) -> int | None:
         """The variable that a law reads under a name; None if it reads none, but a state or what is declared."""
         if name == self.graph.own(port.element.name):
@@ -163,37 +176,15 @@ class JunctionStructure:
         return (self.flow if signal[0] == "f" else self.effort)[signal[1]]
 
 
-def targets(step: Step) -> tuple[int, ...]:
-    """The variables that a step gives."""
-    return step.unknown if isinstance(step, Solve) else (step.target,)
-
-
-def sources(step: Step) -> tuple[int, ...]:
-    """The variables that a step needs."""
-    if isinstance(step, Scale):
-        return (step.source,)
-    if isinstance(step, Sum):
-        return tuple(v for v, _ in step.terms)
-    return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
-
-
 def upstream(form: JunctionStructure, goals: set[int]) -> tuple[int, ...]:
     """The places of the steps that variables follow by."""
     needed, collected = set(goals), list[int]()
     for k in reversed(range(len(form.steps))):
         step = form.steps[k]
-        if needed.intersection(targets(step)):
+        if needed.intersection(step.unknown):
             collected.append(k)
             needed.update(sources(step))
     return tuple(reversed(collected))
-
-
-def ratios(step: Step) -> Iterator[Ratio]:
-    """The ratios that a step uses."""
-    if isinstance(step, Scale):
-        yield step.ratio
-    elif isinstance(step, Solve):
-        yield from (ratio for relation in step.relations for _, ratio, _ in relation.terms)
 
 
 def displacements(graph: BondGraph) -> Iterator[Displacement]:
@@ -497,15 +488,13 @@ class Walk:
             self.gain[variable] = {k: 1.0}
         self.gain = [dict(self.tables.closed.get(v, gain)) for v, gain in enumerate(self.gain)]
         for step in self.form.steps:
-            if self.tables.closed.keys() >= {*targets(step)}:
+            if self.tables.closed.keys() >= {*step.unknown}:
                 continue
-            if isinstance(step, Scale):
-                ratio = self._ratio(step.ratio)
-                self.gain[step.target] = {k: ratio * g for k, g in self.gain[step.source].items()}
-            elif isinstance(step, Sum):
-                self.gain[step.target] = {
-                    k: total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
-                    for k in sorted({k for v, _ in step.terms for k in self.gain[v]})
+            if step.terms is not None:
+                terms = [(self._ratio(ratio), self.gain[v]) for v, ratio in step.terms]
+                columns = sorted({k for _, gain in terms for k in gain})
+                self.gain[step.unknown[0]] = {
+                    k: total(ratio * gain[k] for ratio, gain in terms if k in gain) for k in columns
                 }
             else:
                 columns, right = sorted({k for v in sources(step) for k in self.gain[v]}), []
@@ -518,7 +507,7 @@ class Walk:
                 for row, variable in enumerate(step.unknown):
                     self.gain[variable] = dict(zip(columns, solution[row], strict=True))
 
-    def _matrix(self, step: Solve) -> list[list[Any]]:
+    def _matrix(self, step: Step) -> list[list[Any]]:
         return [
             [total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
             for relation in step.relations
@@ -576,45 +565,21 @@ class Walk:
             self.outputs[k] = value
         self._values.clear()
         residual, slopes = [], []
-        for row, (port, output) in enumerate(zip(ports, outputs, strict=True)):
-            name, sign, w = port.element.name, port.sign, self.value(port.input)
-            gains = [self.gain[port.input].get(k, 0.0) for k in columns]
-            law = port.element.law
-            if port.element.kind in SOURCES:  # it reads flows or efforts of the loop
+        for port in ports:
+            (left, sign), reads = self.form.sides(port)
+            name, law = port.element.name, port.element.law
+            if reads:
                 assert isinstance(law, Function)
-                value, partials = self._partials(law, name)
-                residual.append(output - value)
-                more = self._sensed(port, law, partials, columns)
-                slopes.append([(1.0 if k == row else 0.0) - m for k, m in enumerate(more)])
-                continue
-            if self.graph.is_curve(name):
-                assert isinstance(law, Function)
-                named = self.graph.own(name) or ""
-                own, effort, native = law.of.index(named), named == OWN_EFFORT, self.graph.is_native(name, port.gives)
-                argument = (w if effort else sign * w) if native else (output if effort else sign * output)
-                value, partials = self._partials(law, name, argument)
-                a, b = (sign * value, sign * partials[own]) if effort else (value, sign * partials[own])
-                more = [(sign if effort else 1.0) * m for m in self._sensed(port, law, partials, columns)]
-                if native:  # z = law(w)
-                    residual.append(output - a)
-                    slopes.append([(1.0 if k == row else 0.0) - b * g - more[k] for k, g in enumerate(gains)])
-                else:  # law(z) = w
-                    residual.append(a - w)
-                    slopes.append([(b if k == row else 0.0) - g + more[k] for k, g in enumerate(gains)])
-                continue
-            factor = sign * self._resistance(name)
-            if port.gives == "e":
-                residual.append(output - factor * w)
-                slopes.append([(1.0 if k == row else 0.0) - factor * g for k, g in enumerate(gains)])
+                own = next((factor * self.value(v) for n, (v, factor) in reads.items() if n == self.graph.own(name)), None)
+                value, partials = self._partials(law, name, own)
+                terms = [(reads[n][0], reads[n][1] * d) for n, d in zip(law.of, partials, strict=True) if n in reads]
             else:
-                residual.append(factor * output - w)
-                slopes.append([(factor if k == row else 0.0) - g for k, g in enumerate(gains)])
+                flow, resistance = port.input if port.gives == "e" else port.output, port.sign * self._resistance(name)
+                value, terms = resistance * self.value(flow), [(flow, resistance)]
+            residual.append(sign * self.value(left) - value)
+            row = [total(a * self.gain[v].get(k, 0.0) for v, a in terms) for k in columns]
+            slopes.append([sign * self.gain[left].get(k, 0.0) - slope for k, slope in zip(columns, row, strict=True)])
         return residual, slopes
-
-    def _sensed(self, port: Port, law: Function, partials: Sequence[Any], columns: Sequence[int]) -> list[Any]:
-        """The derivatives of a law's value by the outputs of a loop, through the flows and efforts that it reads."""
-        read = [(self.form.read(port, name), partial) for name, partial in zip(law.of, partials, strict=True)]
-        return [total(d * self.gain[v].get(k, 0.0) for v, d in read if v is not None) for k in columns]
 
     def _closed(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of linear resistors in a loop."""
@@ -793,18 +758,17 @@ class Walk:
             if port.output in needed and port.element.kind in SOURCES:
                 bias[port.output] = self._rate_of_source(port.element.name)
         for step in steps:
-            if isinstance(step, Scale):
-                rate = self._ratio_rate(step.ratio)
-                bias[step.target] = self._ratio(step.ratio) * bias.get(step.source, 0.0) + rate * self.value(step.source)
-            elif isinstance(step, Sum):
-                bias[step.target] = total(sign * bias.get(source, 0.0) for source, sign in step.terms)
+            if step.terms is not None:
+                rates = [self._ratio(ratio) * bias.get(v, 0.0) for v, ratio in step.terms]
+                rates += [self._ratio_rate(ratio) * self.value(v) for v, ratio in step.terms if not constant(ratio)]
+                bias[step.unknown[0]] = total(rates)
             else:
                 right = []
                 for relation in step.relations:
                     varying = total(
                         -sign * self._ratio_rate(ratio) * self.value(v)
                         for v, ratio, sign in relation.terms
-                        if isinstance(ratio, Function | Modulus)
+                        if not constant(ratio)
                     )
                     summands = [term for term in relation.terms if term[0] not in step.unknown]
                     right.append(
