@@ -17,7 +17,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial, reduce
-from itertools import count
+from itertools import count, pairwise
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -30,6 +30,8 @@ from flywheel.numerics.jets import Jet, jet_namespace
 _TURNS = 720  # multiples of pi are known as such down to pi over this
 _DIGITS = 9  # decimals of a constant: one that needs more may have been calculated, with roundings
 _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
+_STEEP = 1.6  # what a cell leaves open grows with its width to the power of the order times this
+_SAFE, _SHRINKS, _LEAST_SHARE = 0.95, 0.2, 1e-60  # of the next width over that wanted, and over the last; of what is open
 _MOST_SPLITS = 4_000  # of intervals, for one extreme
 _SAMPLES, _FINE = 32, 1e-3  # places on a cell; of what ranges change: what wider intervals may add
 _SECANTS = 30  # steps towards a zero: ten are usual
@@ -299,13 +301,16 @@ class Model(NamedTuple):
         return polynomial(self.high - self.middle)
 
 
-def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Sequence[Any]) -> list[Model]:
-    """Models of functions on cells between two balls, cut until the width of each is within its error.
+def models(
+    functions: Sequence[Callable[[Any], Sequence[Any]]], edges: Sequence[Any], order: int, errors: Sequence[Any]
+) -> list[Model]:
+    """Models of functions of stretches, on cells so narrow that the width of each is within its error.
+
+    The width of a cell follows from what the one before has left open, as steps of an integration in time do.
 
     Args:
-        functions: of a power series to power series, or to balls where they are constant.
-        low: where the cells begin, a ball.
-        high: where they end.
+        functions: of each stretch, from a power series to power series, or to balls where they are constant.
+        edges: where stretches begin and end, balls.
         order: degree of the polynomials.
         errors: for each function the allowed radius at a cell's end, a number.
 
@@ -314,23 +319,27 @@ def models(functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order
 
     """
     cells: list[Model] = []
-    span = float((high - low).mid())
-    todo = [(low, high)]
-    while todo:
-        left, right = todo.pop()
-        if (model := _model(functions, left, right, order, errors)) is not None:
-            cells.append(model)
-            continue
-        if float((right - left).mid()) < _NARROWEST * abs(span):
-            raise UnprovenError(f"a function that is not smooth at {float(left.mid()):.6g} rad")
-        middle = arb(float(((left + right) / 2).mid()))
-        todo += [(middle, right), (left, middle)]
+    width = math.inf
+    for function, (left, high) in zip(functions, pairwise(edges), strict=True):
+        narrowest = _NARROWEST * float((high - left).mid())
+        while left is not high:
+            rest = float((high - left).mid())
+            parts = max(1, math.ceil(rest / width))
+            right = high if parts == 1 else arb(float(left.mid()) + rest / parts)
+            model, share = _model(function, left, right, order, errors)
+            change = _SAFE * max(share, _LEAST_SHARE) ** (-1 / (_STEEP * order))
+            width = rest / parts * min(max(change, _SHRINKS), 1 / _SHRINKS)
+            if model is not None:
+                cells.append(model)
+                left = right
+            elif width < narrowest:
+                raise UnprovenError(f"a function that is not smooth at {float(left.mid()):.6g} rad")
     return cells
 
 
 def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -> list[Model]:
     """Models of functions on both halves of a cell; an UnprovenError where one has none."""
-    models = [_model(functions, *ends, order) for ends in ((cell.low, cell.middle), (cell.middle, cell.high))]
+    models = [_model(functions, *ends, order)[0] for ends in ((cell.low, cell.middle), (cell.middle, cell.high))]
     if None in models:  # a cell left out would be a gap in the motion
         raise UnprovenError(f"a function that is not smooth at {float(cell.middle):.6g} rad")
     return [each for each in models if each is not None]
@@ -338,22 +347,24 @@ def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -
 
 def _model(
     functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Sequence[float] = ()
-) -> Model | None:
-    """The model of one cell; None if it is too wide for any, or leaves more than the errors open at the cell's ends."""
+) -> tuple[Model | None, float]:
+    """The model of one cell, None if it is too wide for any; and what it leaves open over the errors, at most 1."""
     middle = arb(float(((low + high) / 2).mid()))
     reach = (low.union(high) - middle).abs_upper() ** order
     try:
         whole = functions(variable(low.union(high)))
-        limits = errors or [math.inf] * len(whole)
-        if not all(coefficient(outer, order).rad() * reach <= error for outer, error in zip(whole, limits, strict=True)):
-            return None
+        radii = [float(coefficient(outer, order).rad() * reach) for outer in whole]
+        shares = [radius / error for radius, error in zip(radii, errors, strict=False)]
+        missed = max(shares, default=0.0) if all(map(math.isfinite, shares)) else math.inf
+        if missed > 1.0:
+            return None, missed
         centre = functions(variable(middle))
     except (ArithmeticError, ValueError):  # UnprovenError is one
-        return None
+        return None, math.inf
     polynomials = [enclosing(inner, outer, order) for inner, outer in zip(centre, whole, strict=True)]
     if not all(term.is_finite() for polynomial in polynomials for term in polynomial.coeffs()):
-        return None
-    return Model(low, high, middle, tuple(polynomials))
+        return None, math.inf
+    return Model(low, high, middle, tuple(polynomials)), missed
 
 
 def coefficient(u: Any, k: int) -> Any:
@@ -395,22 +406,20 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
 
     def noted(curve: Curve, low: Any, high: Any) -> None:
         nonlocal known, best
-        middle = (low + high) / 2
-        middle = arb(middle.mid())
-        inside = curve.value(middle)
-        slope = curve.slope(low.union(high))
-        if slope > 0 or slope < 0:
-            most = curve.value(high if slope > 0 else low)
-            known = max((known, most), key=lambda ball: ball.lower())
-            top = most.upper()
+        span = low.union(high)
+        slope = curve.slope(span)
+        if final := bool(slope > 0 or slope < 0):
+            inside = most = curve.value(high if slope > 0 else low)
         else:
-            known = max((known, inside), key=lambda ball: ball.lower())
-            top = (inside + slope * (low.union(high) - middle)).upper()
-        best = known.lower()
-        heapq.heappush(heap, (-float(top - base), next(order), top, curve, low, high, bool(slope > 0 or slope < 0)))
+            middle = arb(((low + high) / 2).mid())
+            inside = curve.value(middle)
+            most = inside + slope * (span - middle)
+        known = max((known, inside), key=lambda ball: ball.lower())
+        best, top = known.lower(), most.upper()
+        heapq.heappush(heap, (-float(top - base), next(order), top, curve, low, high, final))
 
     curves = list(curves)
-    base = max((curve.value(arb(0)).mid() for curve in curves), default=arb(0))  # floats tell small differences from there
+    base = max((curve.value[0].mid() for curve in curves), default=arb(0))  # floats tell small differences from there
     for curve in curves:
         noted(curve, curve.low, curve.high)
     for _ in range(_MOST_SPLITS):

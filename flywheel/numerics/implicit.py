@@ -5,7 +5,9 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
@@ -18,6 +20,7 @@ from flywheel.numerics.jets import Jet
 _BOX = 1e-10  # least half width of a box in which a solution is searched for
 _MOST_BOXES = 8  # boxes tried, and steps that narrow the enclosure in the one that holds
 _ROUNDED = 2.0**-50  # of a coordinate: balls about two that differ by less are one
+_MOST_PLACES = 8192  # approximations that are kept
 _DERIVATIVES = 2  # of the unknowns by x that are returned
 
 
@@ -34,13 +37,12 @@ class Implicit:
 
     K = m - C F(m, x) + (1 - C F_z(Z, x)) (Z - m), with C about 1/F_z, m the middle of Z. Where K lies inside Z, there is
     exactly one solution in Z for each x, and it lies in K (Krawczyk). Over a wide x the solutions at both its ends and at
-    its middle, each proven near its approximation, have to lie in Z: so all are of one branch. The Taylor coefficients at
-    x follow one after another, z_k = -F_k/F_z, with F_k that of F at z to the order k - 1; slopes by a number p from
+    its middle, each proven near its approximation, have to lie in Z: so all are of one branch. Each of Newton's steps,
+    z - F(z)/F_z, doubles the number of Taylor coefficients of z at x; slopes by a number p follow from
     F_z z_p = -F_p.
 
     Args:
-        sides: F, of n unknowns, x and numbers.
-        of_jets: the same of jets.
+        of_jets: F, of n unknowns, x and numbers: jets.
         both: F, then its n² derivatives by the unknowns, row by row.
         near: approximate z, then dz/dx, at a float x.
 
@@ -49,7 +51,7 @@ class Implicit:
     >>> from flywheel.numerics.balls import precision, variable
     >>> def square(z, x):
     ...     return (z * z - x,)
-    >>> root = Implicit(square, square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    >>> root = Implicit(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     >>> with precision(96, 4):
     ...     value, rate, slope = root(arb(2))
     ...     series = root(variable(arb(2)))[0]
@@ -62,12 +64,11 @@ class Implicit:
 
     def __init__(
         self,
-        sides: Callable[..., Sequence[Any]],
         of_jets: Callable[..., Sequence[Any]],
         both: Callable[..., Sequence[Any]],
         near: Callable[[float], Sequence[float]],
     ) -> None:
-        self._sides, self._of_jets, self._both, self._near = sides, of_jets, both, near
+        self._of_jets, self._both, self._near = of_jets, both, lru_cache(maxsize=_MOST_PLACES)(near)
         self._anchors: dict[tuple[float, int], tuple[Sequence[Any], list[Any]]] = {}
 
     def __call__(self, x: Any, *numbers: Any) -> list[Any]:
@@ -98,12 +99,17 @@ class Implicit:
         about = steep.mid().inv().mid()
         inverse = (about * steep).inv() * about
         with _Order(order):
-            for k in range(1, order + 1):
-                unknowns = (arb_series([*row, 0], k + 1) for row in coefficients)
-                sides = self._sides(*unknowns, arb_series([at, 1], k + 1), *numbers)
-                moved = inverse * _column([coefficient(side, k) for side in sides])
-                for row, entry in zip(coefficients, moved.entries(), strict=True):
-                    row.append(-entry)
+            while (known := len(coefficients[0])) <= order:
+                most = min(2 * known, order + 1)
+                unknowns = [arb_series(row + [0] * (most - known), most) for row in coefficients]
+                values = [*self._both(*unknowns, arb_series([at, 1], most), *numbers)]
+                slopes = [_matrix(values[count:], k, count) for k in range(1, most - known)]
+                moved = list[Any]()
+                for k in range(known, most):
+                    sides = _column([coefficient(side, k) for side in values[:count]])
+                    moved.append(-inverse * sum(map(operator.mul, slopes, reversed(moved)), sides))
+                for row, entries in zip(coefficients, zip(*(each.entries() for each in moved), strict=True), strict=True):
+                    row += entries
         return Solution(at, coefficients, inverse)
 
     def _slopes(self, solution: Solution, numbers: Sequence[Any], plain: Sequence[Any], order: int) -> list[list[Any]]:
@@ -193,6 +199,10 @@ def _value(number: Any) -> Any:
 
 def _column(entries: Sequence[Any]) -> Any:
     return arb_mat(len(entries), 1, list(entries))
+
+
+def _matrix(values: Sequence[Any], k: int, count: int) -> Any:
+    return arb_mat(count, count, [coefficient(value, k) for value in values])
 
 
 def _derivatives(rows: list[list[Any]], most: int) -> Iterator[list[Any]]:

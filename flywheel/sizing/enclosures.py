@@ -10,6 +10,7 @@ changes its side, in a very narrow cell about that angle, F lies between its val
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import pairwise, product
@@ -26,13 +27,14 @@ from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
 from flywheel.numerics.implicit import Implicit
 
-PRECISIONS = ((112, 22, 1e-22), (192, 32, 1e-34))
-"""Bits, order of the polynomials, what cells leave open."""
+PRECISIONS = ((80, 20, 1e-17), (112, 22, 1e-22), (192, 32, 1e-34))
+"""Bits, order of the polynomials, what cells leave open; the first is too low for most motions."""
 
-ROWS = ("inertia", "slope", "moment", "per_unknown")
-INERTIA, SLOPE, MOMENT, UNKNOWN = range(4)
+ROWS = (0, 2, 3)  # of the outputs of a walk: I*, M* and the unknown's share of it
+INERTIA, MOMENT, UNKNOWN = range(len(ROWS))
 _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # rows of a stage
 
+_PLACES = 8  # of the cycle, for the sizes of its functions
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 450  # of a motion: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
@@ -70,6 +72,11 @@ def over_balls(program: Program, outputs: int | None = None, *, jets: bool = Fal
     return part._replace(places=tuple(map(place_of, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
 
 
+def rows_of(walk: StretchWalk) -> Program:
+    """The program of I*, M* and the unknown's share of it."""
+    return walk.program._replace(outputs=tuple(walk.program.outputs[k] for k in ROWS)).only(len(ROWS))
+
+
 def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any:
     """The entry of a place of a program over balls: an index, the ball of a number, or the unknowns of a linkage."""
     if isinstance(place, Unknowns):
@@ -83,8 +90,7 @@ def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any
 def _unknowns(unknowns: Unknowns) -> Implicit:
     """The unknowns of a linkage over balls."""
     equations, count = unknowns.equations, unknowns.count
-    sides, of_jets = (over_balls(equations, count, jets=jets) for jets in (False, True))
-    return Implicit(sides, of_jets, over_balls(equations), lambda x: unknowns(x)[: 2 * count])
+    return Implicit(over_balls(equations, count, jets=True), over_balls(equations), lambda x: unknowns(x)[: 2 * count])
 
 
 def threshold(value: float) -> Any:
@@ -144,18 +150,16 @@ def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:
 
 
 def cells_of(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
-    """Models of I*, dI*/dphi, M* and all other outputs of the stretches' functions, on cells over the whole cycle."""
-    stretches = list(pairwise(edges))
+    """Models of I*, M* and all other outputs of the stretches' functions, on cells over the whole cycle."""
     scales: Any = 0.0
-    for function, (low, high) in zip(functions, stretches, strict=True):
-        for share in (0.2, 0.5, 0.8):
-            at = balls.exact(float(low) + share * float(high - low))
+    for function, (low, high) in zip(functions, pairwise(edges), strict=True):
+        length = float(high - low)
+        places = math.ceil(_PLACES * length / float(edges[-1] - edges[0]))
+        for k in range(places):
+            at = balls.exact(float(low) + length * (k + 0.5) / places)
             scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at)])
     errors = [left * (scale or 1.0) for scale in scales.tolist()]
-    found: list[Model] = []
-    for function, (low, high) in zip(functions, stretches, strict=True):
-        found += balls.models(function, low, high, order, errors)
-    return found
+    return balls.models(functions, edges, order, errors)
 
 
 def works_of(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
@@ -172,6 +176,7 @@ class Sums:
 
     def __init__(self, cells: Sequence[Model], energies: Iterable[tuple[Any, Any]]) -> None:
         self._curves = [(cell, *energy) for cell, energy in zip(cells, energies, strict=True)]
+        self._slopes = [cell.polynomials[INERTIA].derivative() for cell in cells]
         ends = (abs(energy(cell.high - cell.middle)) for cell, energy, _ in self._curves)
         self._size = max(float(end.mid()) for end in ends)
         self._largest = max(abs(float(cell.polynomials[INERTIA][0].mid())) for cell in cells)
@@ -183,9 +188,9 @@ class Sums:
                 cell.low - cell.middle,
                 cell.high - cell.middle,
                 sign * (energy * rising + inertia * cell.polynomials[INERTIA]),
-                sign * (energy * moment + inertia * cell.polynomials[SLOPE]),
+                sign * (energy * moment + inertia * slope),
             )
-            for cell, rising, moment in self._curves
+            for (cell, rising, moment), slope in zip(self._curves, self._slopes, strict=True)
         ]
         size = abs(float(energy)) * self._size + abs(float(inertia)) * self._largest
         return balls.greatest(curves, _LOOSE * left * size)
@@ -382,7 +387,7 @@ class Motions:
 
         def rows(stretch: _Stretch, phi: Any) -> Any:
             moments = stretch.late(*stretch.early(phi, *columns), speed, self._unknown)[:: len(_SMOOTH)]
-            return (*stretch.inertia(phi, *columns), sum(moments))
+            return (*stretch.inertia(phi, *columns)[:1], sum(moments))
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)

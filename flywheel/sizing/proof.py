@@ -41,6 +41,7 @@ from flywheel.sizing.enclosures import (
     marks_of,
     over_balls,
     place_of,
+    rows_of,
     threshold,
     unevenness,
     works_of,
@@ -154,7 +155,7 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
     recording, quantities, fixed = _recorded(scene)
     open_still = UnprovenError("nothing")
-    for bits, order, left in PRECISIONS:
+    for bits, order, left in PRECISIONS[_follows_motion(scene) :]:
         with balls.precision(bits, order):
             columns, ranges = [_as_written(*each) for each in quantities.items()], _ranges(quantities)
             if _ranges(fixed):
@@ -324,7 +325,7 @@ def _cycle(
 def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[Sums, Any, Any]:
     """The extremes of a cycle, its balance, 0 without one, and the work of a unit of that."""
     edges = edges_of(structure, columns)
-    walks = [over_balls(walk.program, len(ROWS)) for walk in structure.walks]
+    walks = [over_balls(rows_of(walk)) for walk in structure.walks]
     cells = cells_of([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
     net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (MOMENT, UNKNOWN))
     balance = -net / effect if structure.unknown else 0 * net
@@ -481,7 +482,8 @@ class _SumsOverRanges:
                     total + jump
                     for total, jump in zip(totals, _jumps(walks[k - 1], walks[k], edges[k], columns), strict=True)
                 ]
-            inertia, slope, *moments = self._rows(cell)
+            inertia, *moments = self._rows(cell)
+            slope = inertia.each(lambda own: own.derivative())
             energies = [moment.each(cell.rising) + total for moment, total in zip(moments, totals, strict=True)]
             totals = [energy.each(cell.at_end) for energy in energies]
             parts.append((cell, *_moved(cell, edges), energies, moments, inertia, slope))
@@ -549,7 +551,7 @@ def _moved(cell: Model, edges: Sequence[Any]) -> tuple[list[Any], dict[Any, Any]
 
 def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence[Any]) -> list[Any]:
     """Growth of the works of M* and of the unknown's share of it at a position beyond an edge that moves."""
-    sides = (_over_ranges(walk.program.only(len(ROWS)), edge, columns)[MOMENT:] for walk in (before, after))
+    sides = (_over_ranges(rows_of(walk), edge, columns)[MOMENT:] for walk in (before, after))
     steps = [left.value - right.value for left, right in zip(*sides, strict=True)]
     return [
         balls.Centred(0 * step, {k: step * part for k, part in edge.slopes.items()}, edge.halves, 0 * step) for step in steps
@@ -557,18 +559,18 @@ def _jumps(before: StretchWalk, after: StretchWalk, edge: Any, columns: Sequence
 
 
 def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[Any]) -> Callable[[Any], list[Any]]:
-    """I*, dI*/ds, M* dphi/ds and the unknown's share of it at s from k to k + 1, where phi runs from end to end.
+    """I*, M* dphi/ds and the unknown's share of it at s from k to k + 1, where phi runs from end to end.
 
     At the middles of ranges of numbers, then all over them, then their slopes at a given phi by one number after another.
     """
-    program, (low, high) = walk.program.only(len(ROWS)), ends
+    program, (low, high) = rows_of(walk), ends
     plain, of_jets = over_balls(program), over_balls(program, jets=True)
     length, zero = high - low, rational(0, 1)
     wide = length.value
 
     def rows(place: Any) -> list[Any]:
         found = balls.over_ranges(plain, of_jets, low + (place - k) * length, columns)
-        middles, wholes = ([1, span, span, span] for span in (length.middle, wide))
+        middles, wholes = ([1, span, span] for span in (length.middle, wide))
         values = [row.middle * factor for row, factor in zip(found, middles, strict=True)]
         values += [row.value * factor for row, factor in zip(found, wholes, strict=True)]
         return values + [row.slopes.get(n, zero) * wide ** (m > 0) for n in length.halves for m, row in enumerate(found)]

@@ -262,7 +262,7 @@ def test_a_solution_over_a_wide_place_holds_those_at_its_ends() -> None:
     def square(z: Any, x: Any) -> Any:
         return (z * z - x,)
 
-    root = implicit.Implicit(square, square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    root = implicit.Implicit(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     with balls.precision(96, 2):
         value, rate, slope = root(flint.arb(2.5, 0.3))
         for x in (flint.arb("2.2"), flint.arb("2.8")):
@@ -277,7 +277,7 @@ def test_slopes_of_a_solution_follow_its_place_and_its_numbers() -> None:
     def sides(z: Any, x: Any, p: Any) -> Any:
         return (z * z - p * x,)  # z = sqrt(p x)
 
-    root = implicit.Implicit(sides, sides, lambda z, x, p: (z * z - p * x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    root = implicit.Implicit(sides, lambda z, x, p: (z * z - p * x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     two = flint.arb(2)
     with balls.precision(96, 2):
         value, rate, slope = root(Jet(two, flint.arb(3)), flint.arb(1))  # x rises by 3
