@@ -6,7 +6,7 @@ Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
@@ -533,17 +533,8 @@ def ratios(step: Step) -> tuple[Ratio, ...]:
     return tuple(ratio for r in step.relations for _, ratio, _ in r.terms)
 
 
-def flow_variables(graph: BondGraph) -> dict[int, int]:
-    """Bond number -> flow variable: the bonds of a 1-junction share one."""
-    return _variables(graph, "1")
-
-
-def effort_variables(graph: BondGraph) -> dict[int, int]:
-    """Bond number -> effort variable: the bonds of a 0-junction share one."""
-    return _variables(graph, "0")
-
-
-def _variables(graph: BondGraph, kind: str) -> dict[int, int]:
+def variables(graph: BondGraph, kind: str) -> dict[int, int]:
+    """Bond number -> variable: the bonds of a 1-junction share one flow, those of a 0-junction one effort."""
     ties = [[bond.number for bond in graph.at(junction.name)] for junction in graph.of_kind(kind)]
     shared = representatives([bond.number for bond in graph.bonds], ties)
     variable = {one: k for k, one in enumerate(dict.fromkeys(shared[number] for number in sorted(shared)))}
@@ -556,36 +547,28 @@ def entry(graph: BondGraph, name: str) -> Bond:
     return next((bond for bond in bonds if bond.head == name), bonds[0])
 
 
-def flow_relations(graph: BondGraph, flow: Mapping[int, int]) -> list[Relation]:
-    """f_out - T f_in = 0 of every transformer, and the sum of flows of every 0-junction."""
-    return _relations(graph, flow, "0", lambda into, out: (out, into))
+def relations(graph: BondGraph, variable: Mapping[int, int], summing: str) -> list[Relation]:
+    """One relation per transformer and summing junction: of flows where 0-junctions sum, of efforts where 1-junctions do.
 
-
-def effort_relations(graph: BondGraph, effort: Mapping[int, int]) -> list[Relation]:
-    """e_in - T e_out = 0 of every transformer, and the sum of efforts of every 1-junction."""
-    return _relations(graph, effort, "1", lambda into, out: (into, out))
-
-
-def _relations(
-    graph: BondGraph, variable: Mapping[int, int], summing: str, by_ratio: Callable[[Bond, Bond], tuple[Bond, Bond]]
-) -> list[Relation]:
-    """One relation per transformer (the first bond's variable is the ratio times the second's) and summing junction."""
-    relations = []
+    Of a transformer f_out - T f_in = 0, or e_in - T e_out = 0.
+    """
+    made = []
     for element in graph.of_kind("TF", summing):
         if element.kind == "TF":
-            scaled, source = (variable[bond.number] for bond in by_ratio(*graph.ends(element.name)))
+            into, out = (variable[bond.number] for bond in graph.ends(element.name))
+            scaled, source = (out, into) if summing == "0" else (into, out)
             ratio = element.law
             if not isinstance(ratio, (float, Real, Function, Modulus)):
                 raise GraphError(f"TF:{element.name} has no ratio")
             if isinstance(ratio, Function) and graph.is_linear(element.name):
                 ratio = graph.constant(element.name)  # a number, or the symbol that stands for one
-            relations.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, ratio, -1.0))))
+            made.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, ratio, -1.0))))
         else:  # what comes in and goes out again by parallel bonds is added up, or cancels
             total: dict[int, float] = {}
             for bond in graph.at(element.name):
                 total[variable[bond.number]] = total.get(variable[bond.number], 0.0) + bond.sign(element.name)
-            relations.append(Relation(element.name, tuple((v, 1.0, sign) for v, sign in total.items() if sign)))
-    return relations
+            made.append(Relation(element.name, tuple((v, 1.0, sign) for v, sign in total.items() if sign)))
+    return made
 
 
 def constant(ratio: Ratio) -> TypeGuard[float]:

@@ -35,10 +35,10 @@ from bondgraph.graph import (
     Step,
     as_graph,
     entry,
-    flow_relations,
-    flow_variables,
     places,
     plan,
+    relations,
+    variables,
 )
 from bondgraph.numerics import count as count  # walks of graphs are counted by it
 
@@ -110,7 +110,7 @@ class Reduction:
         )
         self.coordinate = coordinate
         self.positions = positions or {}
-        self._flow = flow_variables(graph)
+        self._flow = variables(graph, "1")
         self.variable = {name: self._flow[entry(graph, name).number] for name in graph.elements}
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = {self.variable[coordinate]: 1.0}  # flow variables in a constant ratio to the coordinate, with it
@@ -544,7 +544,7 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
         if element.name not in grounded:
             raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the whole graph")
     flows = {flow[graph.at(coordinate)[0].number]}
-    waiting = flow_relations(graph, flow)
+    waiting = relations(graph, flow, "0")
     still = {flow[graph.bond_of(name).number] for name in grounded}
     steps = [Step((variable,), (), ()) for variable in sorted(still)]
     if flows & still:

@@ -229,7 +229,7 @@ def _faults(data: Any) -> Iterator[str]:
     element = _record({"kind": _name, "name": _name}, {"domain": _any_text, "part": _any_text, "law": _law})
     displacement = _record({"name": _name, "of": _name, "initial": number_faults})
     optional = {"displacements": _each(displacement), "signals": _each(_name), "parameters": _parameters}
-    required = {"format": _is(FORMAT), "version": _is(VERSION), "elements": _each(element), "bonds": _each(_bond)}
+    required = {"format": _same(FORMAT), "version": _same(VERSION), "elements": _each(element), "bonds": _each(_bond)}
     yield from _record(required, optional)(data, "")
     for table in ("elements", "displacements") if isinstance(data, dict) else ():
         items = data.get(table)
@@ -273,22 +273,27 @@ def _each(check: Check) -> Check:
     return all_of
 
 
-def _is(expected: Any) -> Check:
-    def same(value: Any, place: str) -> Iterator[str]:
-        if type(value) is not type(expected) or value != expected:
-            yield f"{place}: found {brief(value)}, expected {expected!r}"
+def _expects(expected: str, test: Callable[[Any], Any]) -> Check:
+    def fitting(value: Any, place: str) -> Iterator[str]:
+        if not test(value):
+            yield f"{place}: found {brief(value)}, expected {expected}"
 
-    return same
-
-
-def _name(value: Any, place: str) -> Iterator[str]:
-    if not isinstance(value, str) or not value:
-        yield f"{place}: found {brief(value)}, expected a name"
+    return fitting
 
 
-def _any_text(value: Any, place: str) -> Iterator[str]:
-    if not isinstance(value, str):
-        yield f"{place}: found {brief(value)}, expected text"
+def _same(expected: Any) -> Check:
+    return _expects(repr(expected), lambda value: type(value) is type(expected) and value == expected)
+
+
+def _is_number(value: Any) -> bool:
+    """True of a number in the range of floats."""
+    exact = isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= MAX_BITS
+    return exact or (isinstance(value, float) and math.isfinite(value))
+
+
+number_faults = _expects("a finite number", _is_number)
+_name = _expects("a name", lambda value: isinstance(value, str) and value)
+_any_text = _expects("text", lambda value: isinstance(value, str))
 
 
 def _bond(value: Any, place: str) -> Iterator[str]:
@@ -313,8 +318,7 @@ def _parameters(value: Any, place: str) -> Iterator[str]:
 
 def _law(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, dict):
-        if list(number_faults(value, place)):
-            yield f"{place}: found {brief(value)}, expected a finite number or an expression"
+        yield from _expects("a finite number or an expression", _is_number)(value, place)
         return
     faults = list(_record({"of": _each(_name), "expression": tree_faults})(value, place))
     yield from faults
@@ -443,7 +447,7 @@ def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
     """The faults of one node, its arguments left aside."""
     head = node[0] if isinstance(node, list) and node else None
     if not isinstance(node, list):
-        if sort == _CONDITION or list(number_faults(node, place)):
+        if sort == _CONDITION or not _is_number(node):
             expected = "a condition" if sort == _CONDITION else "a finite number or [operation, argument, ...]"
             yield f"{place}: found {brief(node)}, expected {expected}"
     elif not isinstance(head, str) or head not in {*_LEAVES, "piecewise", *OPERATIONS}:
@@ -453,7 +457,7 @@ def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
         if head == "name":
             holds = len(node) == 2 and isinstance(node[1], str) and node[1] != ""
         else:
-            whole = all(isinstance(n, int) and not list(number_faults(n, "")) for n in node[1:])
+            whole = all(isinstance(n, int) and _is_number(n) for n in node[1:])
             holds = whole and len(node) == 3 and node[2] > 0
         if sort == _CONDITION or not holds:
             yield f"{place}: found {brief(node)}, expected {'a condition' if sort == _CONDITION else _LEAVES[head]}"
@@ -492,13 +496,6 @@ def _bits(tree: Any) -> float:
         )
     bits = _bits(tree[1]) * max(1.0, size)
     return bits if bits <= MAX_POWER_BITS else math.inf
-
-
-def number_faults(value: Any, place: str) -> Iterator[str]:
-    """A line where something is no number, or none in the range of floats."""
-    exact = isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= MAX_BITS
-    if not exact and not (isinstance(value, float) and math.isfinite(value)):
-        yield f"{place}: found {brief(value)}, expected a finite number"
 
 
 def brief(value: Any) -> str:

@@ -27,7 +27,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TIME, TWO_PORTS, GraphError, Law, refuse
-from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, activated, as_graph, flow_variables
+from bondgraph.graph import CONVENTION, OTHER, Bond, BondGraph, activated, as_graph, variables
 from bondgraph.numerics import components, reached_from, representatives
 
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
@@ -391,7 +391,7 @@ def _behind(graph: BondGraph) -> set[str]:
 
     They are the last to be states, the first not to be: otherwise these transformers would be turned round.
     """
-    flow = flow_variables(graph)
+    flow = variables(graph, "1")
     before: dict[int, set[int]] = {variable: set() for variable in flow.values()}
     for element in graph.of_kind("TF", "0"):
         bonds = graph.at(element.name)

@@ -43,14 +43,12 @@ from bondgraph.graph import (
     Step,
     as_graph,
     constant,
-    effort_relations,
-    effort_variables,
-    flow_relations,
-    flow_variables,
     places,
     plan,
     ratios,
+    relations,
     sources,
+    variables,
 )
 from bondgraph.motion.algebra import SOUGHT, Balance, eliminated, settle, solutions
 from bondgraph.motion.runge_kutta import MANY
@@ -108,9 +106,9 @@ class Formulation(JunctionStructure):
         """All attributes from the strokes."""
         refuse(strokes.conflicts)
         self.graph, self.strokes, self.follows = graph, strokes, strokes.follows
-        self.flow = flow_variables(graph)
+        self.flow = variables(graph, "1")
         first = len(set(self.flow.values()))
-        self.effort = {bond: first + v for bond, v in effort_variables(graph).items()}
+        self.effort = {bond: first + v for bond, v in variables(graph, "0").items()}
         self.ports = tuple(self._port(e) for e in graph.of_kind(*ONE_PORTS))
         integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
         derivative = [p for p in self.ports if p.element.name in strokes.derivative]
@@ -133,7 +131,7 @@ class Formulation(JunctionStructure):
     def _plan(self) -> None:
         """Steps from the outputs to all other variables."""
         graph = self.graph
-        waiting = flow_relations(graph, self.flow) + effort_relations(graph, self.effort)
+        waiting = relations(graph, self.flow, "0") + relations(graph, self.effort, "1")
         for gyrator in graph.of_kind("GY"):
             ratio: Any = graph.constant(gyrator.name) if graph.is_linear(gyrator.name) else gyrator.law
             into, out = (b.number for b in graph.ends(gyrator.name))

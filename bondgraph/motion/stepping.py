@@ -152,13 +152,22 @@ def adaptive(
     `length` gives a step's longest by the time that it starts at, for methods of one step. Explicit steps of order 5 and 8
     are taken in plain numbers, of a `field` that takes and gives tuples; the others are scipy's.
     """
+    relative, absolute = max(tolerance[0], TIGHTEST), tolerance[1]
     if method in PLAIN:
-        yield from _explicit(PLAIN[method], field, t, state, until, tolerance, longest, dense, length)
+        allowed = np.broadcast_to(absolute, state.shape).tolist()
+        runner = DormandPrince(field, t, state.tolist(), until, relative, allowed, method=PLAIN[method])
+        while runner.t < until:
+            start = runner.t
+            runner.h = min(runner.h, longest, longest if length is None else length(start))
+            step = runner.step()
+            if step is None or not np.isfinite(sum(step.after)):
+                message = "Required step size is less than spacing between numbers." if step is None else "it is not finite"
+                raise StepError(f"the motion cannot be followed past t = {start:.9g} s: {message}")
+            yield Step(step if dense else None, start, runner.t, after=np.array(step.after))
         return
     from scipy import integrate
 
-    relative, absolute = tolerance[0], tolerance[1]
-    options: Any = {"max_step": longest, "rtol": max(relative, TIGHTEST), "atol": absolute}
+    options: Any = {"max_step": longest, "rtol": relative, "atol": absolute}
     solver: Any = getattr(integrate, method)(field, t, state, until, **options)
     stalled = 0
     while solver.status == "running":
@@ -179,30 +188,6 @@ def adaptive(
             raise StepError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
         if not stalled:
             yield Step(solver.dense_output() if dense else None, float(solver.t_old), float(solver.t), after=solver.y)
-
-
-def _explicit(
-    method: Method,
-    field: Callable[[float, Any], Any],
-    t: float,
-    state: Array,
-    until: float,
-    tolerance: tuple[float, Array],
-    longest: float,
-    dense: bool,
-    length: Callable[[float], float] | None,
-) -> Iterator[Step]:
-    """Explicit steps, as `adaptive` gives them."""
-    relative, absolute = max(tolerance[0], TIGHTEST), np.broadcast_to(tolerance[1], state.shape).tolist()
-    runner = DormandPrince(field, t, state.tolist(), until, relative, absolute, method=method)
-    while runner.t < until:
-        start = runner.t
-        runner.h = min(runner.h, longest, longest if length is None else length(start))
-        step = runner.step()
-        if step is None or not np.isfinite(sum(step.after)):
-            message = "Required step size is less than spacing between numbers." if step is None else "it is not finite"
-            raise StepError(f"the motion cannot be followed past t = {start:.9g} s: {message}")
-        yield Step(step if dense else None, start, runner.t, after=np.array(step.after))
 
 
 def agreement(

@@ -44,13 +44,13 @@ from bondgraph import (
 from bondgraph.graph import (
     Relation,
     Step,
-    flow_relations,
-    flow_variables,
     neighbours,
     places,
     plan,
     reached_from,
+    relations,
     representatives,
+    variables,
 )
 
 # A graph's elements, bonds and laws, what hangs together, the relations of its junctions and their order.
@@ -127,11 +127,11 @@ def geared():
 def test_parallel_bonds_between_the_same_junctions_add_up_or_cancel():
     b = Builder().one("a").zero("z").one("c").bond("a", "z").bond("z", "a").bond("z", "c")
     graph = b.on("a", I("J", 1.0)).on("c", I("K", 1.0)).build()
-    (relation,) = flow_relations(graph, flow_variables(graph))
+    (relation,) = relations(graph, variables(graph, "1"), "0")
     assert len(relation.terms) == 1
     b = Builder().one("a").zero("z").one("c").bond("a", "z").bond("a", "z").bond("z", "c")
     graph = b.on("a", I("J", 1.0)).on("c", I("K", 1.0)).build()
-    (relation,) = flow_relations(graph, flow_variables(graph))
+    (relation,) = relations(graph, variables(graph, "1"), "0")
     assert sorted(sign for _, _, sign in relation.terms) == [-1.0, 2.0]
 
 
@@ -158,8 +158,8 @@ def test_sums_and_constant_ratios_are_turned_round():
 
 def test_what_is_left_over_must_be_square():
     graph = geared()
-    flow = flow_variables(graph)
-    relations = flow_relations(graph, flow)
+    flow = variables(graph, "1")
+    waiting = relations(graph, flow, "0")
     with pytest.raises(
         GraphError, match=r"more than one degree of freedom: nothing connects bond 3 .*, bond 7 .* with the coordinate"
     ):
@@ -167,7 +167,7 @@ def test_what_is_left_over_must_be_square():
     b = Builder().one("a").one("b").on("a", I("J", 1.0)).on("b", I("m", 1.0)).transform("a", "b", 2.0, name="T")
     with pytest.raises(GraphError, match=r"too many relations at TF:U \(bonds 5, 6\)"):
         Reduction(b.transform("a", "b", 3.0, name="U").build(), "a")
-    assert places(graph, relations) == ["0:node (bonds 5, 6, 7)", "TF:T (bonds 4, 5)"]
+    assert places(graph, waiting) == ["0:node (bonds 5, 6, 7)", "TF:T (bonds 4, 5)"]
 
 
 EXPONENTS = {  # of kg, m, s, A, K, mol
