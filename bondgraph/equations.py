@@ -40,7 +40,7 @@ from bondgraph.elements import (
 from bondgraph.graph import BondGraph, Builder, as_graph
 from bondgraph.motion.algebra import readable
 from bondgraph.motion.dynamics import Dynamics, Formulation, exact_gains
-from bondgraph.motion.walk import Group, Port
+from bondgraph.motion.walk import Port
 from bondgraph.twin import SymbolicWalk, twin
 
 if TYPE_CHECKING:
@@ -61,8 +61,6 @@ class Reading:
         self.twin = twin(graph, opaque=opaque)
         self.form = form(self.twin.graph)
         dynamics = Dynamics(self.twin.graph, self.twin.signals(), self.form)
-        for group in () if "point" in walk else dynamics.tables.iterated:
-            self._check_closed(graph, group)
         self.tables = dynamics.tables._replace(iterated=())
         self.state = [self.twin.names.take(self.form.state_name(p), "state") for p in self.form.stores]
         self.state += [self.twin.places[d.name] for d in self.form.displacements]
@@ -84,22 +82,6 @@ class Reading:
                 symbol = self.twin.names.take(f"f_{junction.name}", "state")
                 value = self.twin.finish(self.walk.whole(variable))
                 yield self.twin.finish(symbol), value if self.walk.nested else readable(value)
-
-    def _check_closed(self, graph: BondGraph, group: Group) -> None:
-        """Refuses a resistor whose law would have to be solved for its own flow or effort."""
-        import sympy  # type: ignore[import-untyped]
-
-        for port in (self.form.acting[k] for k in group.members):
-            law, own = port.element.law, graph.own(port.element.name)
-            if own is None or not isinstance(law, Function):
-                continue
-            symbol = sympy.Symbol(own, real=True)
-            if law.symbolic({own: symbol}).diff(symbol).has(symbol):
-                expected, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
-                raise GraphError(
-                    f"{graph.where(port.element.name)}: its law is not linear, and no formula gives its {expected}; "
-                    f"give the law as {other}, or use Dynamics"
-                )
 
 
 def inert(read: Reading) -> Iterator[str]:
@@ -220,7 +202,7 @@ class StateEquations:
                 parameter, an equation that is not finite anywhere, a missing source or resistor.
 
         """
-        import sympy
+        import sympy  # type: ignore[import-untyped]
 
         faults = []
         if len(self.states) != len(self.derivatives):

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.elements import (
+    OWN_FLOW,
     TIME,
     Dual,
     Element,
@@ -30,7 +31,7 @@ from bondgraph.elements import (
 )
 from bondgraph.graph import BondGraph
 from bondgraph.motion.algebra import eliminated, total
-from bondgraph.motion.walk import Port, Tables, Walk, displacements, upstream
+from bondgraph.motion.walk import Port, Tables, Walk, displacements, unsolvable, upstream
 
 _ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
@@ -322,10 +323,8 @@ class SymbolicWalk(Walk):
             else:
                 made += [[(v, sign * self._ratio(ratio)) for v, ratio, sign in r.terms] for r in step.relations]
         lines = [self._line(port) for port in ports]
-        if None in lines:
-            return super()._closed(ports)
-        constants = [0] * len(made) + [line[1] for line in lines if line is not None]
-        made += [line[0] for line in lines if line is not None]
+        constants = [0] * len(made) + [constant for _, constant in lines]
+        made += [terms for terms, _ in lines]
         rows: list[dict[int, Any]] = []
         right: list[Any] = []
         few = not self.sequential and len(ports) <= _ONE_FRACTION
@@ -349,8 +348,8 @@ class SymbolicWalk(Walk):
         self.nested = self.nested or not few
         try:
             outputs = eliminated(rows, [{0: b} for b in right], (lambda a: a) if few else self._step)
-        except GraphError:
-            return super()._closed(ports)
+        except GraphError as error:
+            raise unsolvable(self.graph, ports, error) from error
         whole = (lambda z: sympy.factor_terms(field.to_sympy(field.convert(z)))) if few else sympy.sympify
         self.solved |= {v: (whole, x.get(0, 0)) for v, x in outputs.items()}
         return [self.value(port.output) for port in ports]
@@ -362,23 +361,26 @@ class SymbolicWalk(Walk):
             self._values[variable] = self.twin.hold(whole(share))
         return super().value(variable)
 
-    def _line(self, port: Port) -> tuple[list[tuple[int, Any]], Any] | None:
-        """The terms and the constant whose sum is 0 by a law that is a straight line in what the loop gives; else None."""
+    def _line(self, port: Port) -> tuple[list[tuple[int, Any]], Any]:
+        """The terms and the constant whose sum is 0 by a law that is a straight line in what the loop gives."""
         import sympy
 
-        name, law = port.element.name, port.element.law
+        name, law, own = port.element.name, port.element.law, self.graph.own(port.element.name)
         (left, sign), reads = self.form.sides(port)
-        if port.element.kind == "R" and self.graph.own(name) is None:
+        if port.element.kind == "R" and own is None:
             flow = port.input if port.gives == "e" else port.output
             return [(left, -1), (flow, port.sign * self._resistance(name))], 0
-        if not isinstance(law, Function):
-            return None
+        assert isinstance(law, Function)
         names = {n: sympy.Dummy(real=True) for n in reads}
         value, partials = super()._symbolic_partials(law, self._arguments(law, name, outputs=names))
         there = dict.fromkeys(names.values(), sympy.S.Zero)
         if any(partial.has(*names.values()) for partial in partials):
             if self.point is None:
-                return None
+                line = f"{self.graph.where(name)}: its law is not linear, and no formula"
+                if own is None:
+                    raise GraphError(f"{line} solves the loop that it reads from; use Dynamics")
+                expected, other = ("flow", "f(e)") if own == OWN_FLOW else ("effort", "e(f)")
+                raise GraphError(f"{line} gives its {expected}; give the law as {other}, or use Dynamics")
             there = {names[n]: sympy.Float(factor * self.point(v), 17) for n, (v, factor) in reads.items()}
         tangent = {n: d.xreplace(there) for n, d in zip(law.of, partials, strict=True)}  # itself, if it is a straight line
         constant = value.xreplace(there) - total(tangent[n] * there[names[n]] for n in names)

@@ -61,6 +61,7 @@ from bondgraph.motion.walk import (
     Walk,
     displacements,
     loop_name,
+    unsolvable,
     upstream,
 )
 from bondgraph.numerics import components, reached_from
@@ -439,9 +440,7 @@ def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
         try:
             put(eliminated(inside, [{k: -a for k, a in row.items() if k not in columns} for row in whole]))
         except GraphError as error:
-            raise GraphError(
-                f"the loop of {loop_name(form.graph, ports)} has no solution, or more than one: {error}"
-            ) from error
+            raise unsolvable(form.graph, ports, error) from error
     put(_followed(form, gain, combined))
     return {v: {k: float(share) for k, share in gain[v].items()} for v in closed}
 

@@ -588,8 +588,7 @@ class Walk:
         try:
             return [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
         except GraphError as error:
-            names = ", ".join(self.graph.where(p.element.name) for p in ports)
-            raise GraphError(f"the loop of {names} has no solution, or more than one: {error}") from error
+            raise unsolvable(self.graph, ports, error) from error
 
     def _settled(self, ports: Sequence[Port]) -> list[Any]:
         """The outputs of resistors of any law in a loop, by iteration."""
@@ -797,6 +796,11 @@ def by_rows(called: Callable[..., Any], arguments: Sequence[Any], results: int =
 def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
     """The name of a loop of resistors in an error."""
     return ", ".join(graph.where(p.element.name) for p in ports)
+
+
+def unsolvable(graph: BondGraph, ports: Sequence[Port], error: GraphError) -> GraphError:
+    """The error of a loop of resistors whose equations are singular."""
+    return GraphError(f"the loop of {loop_name(graph, ports)} has no solution, or more than one: {error}")
 
 
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:

@@ -407,6 +407,19 @@ def test_a_law_reads_what_a_resistor_settles_after_it_is_settled():
     assert_allclose(Dynamics(graph).rates(0.0, 0.0), [40.0], rtol=1e-14)
 
 
+def test_a_source_that_reads_a_loop_by_no_straight_line_is_solved_in_numbers_and_refused_in_symbols():
+    """x = 3 - e^2/10 by the effort of the node: 0.1 e^2 + 1.5 e - 2.3 = 0 at a flow of 0.7 behind it."""
+    b = Builder().one("a").zero("n").one("c").bond("a", "n").bond("n", "c")
+    b = b.on("a", Se("x", lambda e_n: 3.0 - 0.1 * e_n**2), R("r", 1.0)).on("n", R("l", 2.0))
+    graph = b.on("c", R("s", 1.0), I("m", 1.0)).build()
+    effort = (np.sqrt(2.25 + 0.92) - 1.5) / 0.2
+    for rates in (Dynamics(graph).rates(0.0, 0.7), Dynamics(graph).at(0.0, [np.array([0.7])]).rates):
+        assert_allclose(np.ravel(rates), [effort - 0.7], rtol=1e-13)
+    with pytest.raises(GraphError, match=r"^MSe:x \(bond 3\): its law is not linear, and no formula solves the loop"):
+        state_equations(graph)
+    assert_allclose(linearize(graph, at={"p_m": 0.7}).A, [[-1.0 - 1.0 / (1.5 + 0.2 * effort)]], rtol=1e-12)
+
+
 def test_a_straight_line_that_follows_is_turned_round_and_a_curve_is_refused_in_symbols():
     """Two capacitors on a node, e = q + 3 and e = 4 q - 1 or 4 q^3: one state."""
     b = Builder().zero("n").one("s").bond("s", "n").on("s", Se("u", 3.0), R("r", 2.0)).on("n", C("a", lambda q: q + 3.0))
