@@ -27,6 +27,7 @@ from flywheel.motions.stroke_course import (
     driving_sides,
     inverter_loads,
     recovery_time,
+    servo_load,
     slip_heat,
     speed_extremes,
     temperature,
@@ -69,6 +70,7 @@ _LOADS_OF = {
     "brake": ("brake at rest", "brake heat a stroke", "brake heat an hour"),
     "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
+_SERVO = "mean_speed", "continuous_share", "peak_speed", "peak_share", "inertia_ratio"
 _HOUR = 3600.0
 _SAFETY, _CARRIED = 2.0, 1.5
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
@@ -109,6 +111,11 @@ FINDINGS: tuple[Finding, ...] = (
     Finding("motor_torque_rms", "N m", "of the drive, over time", words=lambda: _("drive torque, rms")),
     Finding("motor_torque_peak", "N m", "of the drive, in size", words=lambda: _("drive torque, greatest")),
     Finding("motor_heat", "W", "of the motor, mean over time", words=lambda: _("motor heat")),
+    Finding("servo_mean_speed", "rad/s", "of a servo drive's shaft, over time; its torque there is `motor_torque_rms`"),
+    Finding("servo_continuous_share", "", "that torque over the continuous curve at that speed"),
+    Finding("servo_peak_speed", "rad/s", "of its shaft, where its torque is the largest share of the peak curve"),
+    Finding("servo_peak_share", "", "that share; 1 if the peak curve limits the torque"),
+    Finding("servo_inertia_ratio", "", "inertia that it moves between strokes, at its shaft, over its rotor's"),
     Finding("inverter_current", "", "greatest over the motor's rated one", words=lambda: _("current of the inverter")),
     Finding("power_returned", "W", "greatest that the motor returns", words=lambda: _("power returned to the inverter")),
     Finding("temperature", "K", "greatest rise of the motor's windings", words=lambda: _("greatest rise of the windings")),
@@ -490,6 +497,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
     speeds, slowest = speed_extremes(sides)
     slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
     drive = drive_load(strokes, sides, phases.period)
+    point = servo_load(strokes, phases)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
     return {
@@ -517,6 +525,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
         "holding_torque": abs(phases.resting) / strokes.scene.shafts[strokes.brake.on],
         "mean_power": energy["motor"] / phases.period,
         **drive,
+        **{f"servo_{name}": None if point is None else getattr(point, name) for name in _SERVO},
         "inverter_current": fed[0],
         "power_returned": fed[1],
         "temperature": temperature(strokes, sides),

@@ -9,18 +9,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.numerics import root
+from flywheel.components.energy import ServoLoad
 from flywheel.components.motors.thermal import Losses
 from flywheel.components.motors.thermal import course as rise_over
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
-from flywheel.numerics.cells import Array, Index
+from flywheel.numerics.cells import ROUNDING, Array, Index
+from flywheel.sizing.drive import share_of_peak
 from flywheel.sizing.results import Trip
 
 __all__ = [
     "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque", "driven_inertia",
-    "driving_inertia", "driving_sides", "inverter_loads", "motor_ratio", "recovery_time", "slip_heat", "speed_extremes",
-    "temperature",
+    "driving_inertia", "driving_sides", "inverter_loads", "motor_ratio", "recovery_time", "servo_load", "slip_heat",
+    "speed_extremes", "temperature",
 ]  # fmt: skip
 
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
@@ -306,6 +308,26 @@ def inverter_loads(strokes: Strokes, phases: Phases) -> tuple[Trip, ...]:
         angle = float(crank_at(phases, np.array([time]))[0, 0])
         loads.append(Trip(kind, most, max(limit, _NO_POWER * motor.rated.power * (value is returned)), angle, time))
     return tuple(loads)
+
+
+def servo_load(strokes: Strokes, phases: Phases) -> ServoLoad | None:
+    """The motion of a servo drive in its area of torque and speed over a period; None for another drive.
+
+    Its ratio of inertias is that of the driving side alone, as between strokes.
+    """
+    motor, ratio, sides = strokes.scene.motor, motor_ratio(strokes), driving_sides(strokes, phases)
+    if motor is None or motor.peak(0.0) is None:
+        return None
+    speeds, weights = _gauss(sides, ratio)
+    mean = float(weights @ np.abs(speeds)) / phases.period
+    rms = math.sqrt(float(weights @ motor.torque(speeds) ** 2) / phases.period)
+    limit = float(motor.continuous(mean))
+    share, time = _greatest(sides, lambda speeds: share_of_peak(motor, ratio * speeds))
+    at = np.array([time])
+    there, angle = ratio * float(_driving_speeds(strokes, phases, at)[0]), float(crank_at(phases, at)[0, 0])
+    inertia = driving_inertia(strokes) / ratio**2 / motor.inertia - 1.0 if motor.inertia else None
+    off = {"peak_share": 24.0 * ROUNDING}
+    return ServoLoad(mean, rms, limit, rms / limit, float(motor.torque(there)), there, angle, share, inertia, off)
 
 
 def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:

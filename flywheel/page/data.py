@@ -31,8 +31,8 @@ from flywheel.tables.summary import summary
 Array = NDArray[np.float64]
 Subject = Scene | Machine | Sizing | SingleStroke
 
-PANELS_OF_STROKE = "mechanism", "single_stroke"
-PANELS = ("mechanism", *(key for key in DIAGRAMS if key not in PANELS_OF_STROKE))
+PANELS_OF_STROKE = "mechanism", "single_stroke", "servo"
+PANELS = ("mechanism", *(key for key in DIAGRAMS if key != "single_stroke"))
 _DIGITS = 7  # of numbers while a hand moves
 _QUICK = 1e-4  # relative accuracy of a stroke while a hand moves
 

@@ -141,14 +141,21 @@ _LIMITS = 241  # speeds at which the curves of a servo drive are drawn
 def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
     """Peak and continuous curve of a servo drive over speed, the loop of the motion, the rms point and the peak point."""
     sizing, motor = part.sizing, part.scene.motor
-    if sizing is None or sizing.cycle is None or sizing.servo is None or sizing.run is None:
-        return _("The machine cannot run with this scene: see the faults.")
     assert motor is not None
     assert part.scene.drive is not None
-    load, cycle, run = sizing.servo, sizing.run.cycle or sizing.cycle, sizing.run
-    ratio = part.scene.shafts[part.scene.drive.on]
-    omega = turning_moment.speed_over_cycle(cycle, run.speed or sizing.speed, run, np.clip(part.axis.taken, 0.0, None))
-    speed, torque = ratio * omega, motor.torque(ratio * omega)
+    if part.stroke is not None:
+        from flywheel.motions.stroke_course import motor_ratio, servo_load  # a door: motions load linkages
+
+        load = servo_load(part.stroke.strokes, part.stroke.phases)
+        speed = motor_ratio(part.stroke.strokes) * part.course.driving
+    elif sizing is None or sizing.cycle is None or sizing.servo is None or sizing.run is None:
+        return _("The machine cannot run with this scene: see the faults.")
+    else:
+        load, cycle, run = sizing.servo, sizing.run.cycle or sizing.cycle, sizing.run
+        omega = turning_moment.speed_over_cycle(cycle, run.speed or sizing.speed, run, np.clip(part.axis.taken, 0.0, None))
+        speed = part.scene.shafts[part.scene.drive.on] * omega
+    assert load is not None
+    torque = motor.torque(speed)
     speeds = np.linspace(0.0, max(motor.covers[1], float(speed.max())), _LIMITS)
     greatest, continuous = motor.peak(speeds), motor.continuous(speeds)
     top = 1.05 * float(greatest.max())

@@ -95,12 +95,15 @@ def _draw_sizing(sizing: Sizing) -> Figure:
 def _draw_stroke(result: SingleStroke) -> Figure:
     """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
     part = drives.part_of_stroke(result)
-    diagram = drives.stroke_diagram(part)
-    assert isinstance(diagram, Diagram)
-    heights = [row.height for row in diagram.rows]
+    made = [drives.stroke_diagram(part), *([drives.servo_diagram(part)] if drives.has_servo(part.scene) else [])]
+    rows = [(each, row) for each in made if isinstance(each, Diagram) for row in each.rows]
+    heights = [row.height for _diagram, row in rows]
     sheet = figures.figure(10.0, sum(heights), " ".join(printable(result.scene.title or "").split()), apart=0.1)
     panels = sheet.subplots(len(heights), 1, height_ratios=heights)
-    for axes, row in zip(panels, diagram.rows, strict=True):
+    for axes, (diagram, row) in zip(panels, rows, strict=True):
+        if row.kind == "area":
+            _draw_area(axes, diagram, row)
+            continue
         later = draw_row(axes, part, diagram, row)
         if later is not None:
             sheet.later.append(later)

@@ -52,9 +52,9 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.power import entries, input_power
-from flywheel.tables.rows import SI, SYSTEMS, Row, TradeUnits, few_digits, place
+from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, few_digits, place
 from flywheel.tables.sizing import candidates, limit_names, remarks
-from flywheel.tables.strokes import parts_block
+from flywheel.tables.strokes import blocks as of_stroke
 from flywheel.tables.summary import Block, summary
 
 STYLE = """
@@ -88,10 +88,12 @@ STYLE = """
 """
 
 
-def sheet(sizing: Sizing, customary: bool = False) -> str:
+def sheet(result: Sizing | SingleStroke, customary: bool = False) -> str:
     """The sheet of a sizing as HTML, in the language in use."""
     units = SYSTEMS["us" if customary else "si"]
-    blocks = {block.name: block for block in summary(sizing, units.name)}
+    stroke = isinstance(result, SingleStroke)
+    made_blocks = of_stroke(result, units.name) if isinstance(result, SingleStroke) else summary(result, units.name)
+    blocks = {block.name: block for block in made_blocks}
     heads = {
         "machine": _("Machine"),
         "limits": _("What binds"),
@@ -100,12 +102,15 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
         "run": _("Speed and confirmation"),
         "notes": _("Remarks"),
     }
-    main_blocks = ("machine", "drive", "run", "train", "limits", "flywheel", "wheel")
+    main_blocks: tuple[str, ...] = ("machine", "drive", "run", "train", "limits", "flywheel", "wheel")
+    if stroke:
+        main_blocks = "parts", "flywheel", "machine", "stroke", "clutch"
     order = (*main_blocks, *(name for name in blocks if name not in (*main_blocks, "title", "notes")), "notes")
     made = {name: _block(block, heads.get(name, "")) for name, block in blocks.items()}
-    if "run" in made and "limits" in made:  # one below the other beside the drive, which has more rows
-        made["run"] = f'<div class="stack">\n{made["run"]}\n{made.pop("limits")}\n</div>'
-    train = sizing.power_flow
+    upper, lower = ("stroke", "drive") if stroke else ("run", "limits")  # beside clutch, or drive, which has more rows
+    if upper in made and lower in made:
+        made[upper] = f'<div class="stack">\n{made[upper]}\n{made.pop(lower)}\n</div>'
+    train = result.power_flow if isinstance(result, Sizing) else None
     if train is not None and input_power(train, entries(train)) > 0.0:
         made["train"] = _train(train, units)
     signed = "".join(f"<div>{escape(name)}</div>" for name in (_("Designed by"), _("Checked by"), _("Date")))
@@ -115,7 +120,7 @@ def sheet(sizing: Sizing, customary: bool = False) -> str:
 
 def _block(block: Block, head: str) -> str:
     """A block of the summary: its rows, its table, its sentences."""
-    wide = ' class="wide"' if block.name in ("machine", "flywheel", "notes") else ""
+    wide = ' class="wide"' if block.table or block.name in ("machine", "notes", "shares") else ""
     title = head or block.title or block.name
     parts = [f"<section{wide}>", f"<h2>{escape(title)}</h2>"]
     if block.table:
@@ -245,24 +250,23 @@ def worked(
     """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
     scene = source if isinstance(source, Scene) else source.scene
     result = source if isinstance(source, Sizing | SingleStroke) else sized(source)
-    sizing = result if isinstance(result, Sizing) else None
-    alone = cover_sheet and sizing is not None
-    parts = () if alone else tuple(_parts(scene, sizing, source, printed))
+    first = sheet(result, customary) if isinstance(result, Sizing | SingleStroke) else ""
+    alone = cover_sheet and bool(first)
+    parts = () if alone else tuple(_parts(scene, result, printed))
     title = " ".join((scene.title or _("Machine")).split())
-    first = "" if sizing is None else sheet(sizing, customary)
-    return Document(title, _subtitle(scene, sizing, alone), parts, customary, first, STYLE if first else "")
+    return Document(title, _subtitle(scene, result, alone), parts, customary, first, STYLE if first else "")
 
 
-def sized(source: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Sizing | Machine | Scene:
-    """The sizing of a machine, or the machine itself if the data for a flywheel are missing."""
+def sized(source: Machine | Scene, rtol: float | None = None, accuracy: str | None = None) -> Source:
+    """The sizing of a machine or its stroke, or the machine itself if the data for a flywheel are missing."""
     scene = source if isinstance(source, Scene) else source.scene
+    if scene.single_stroke is not None:
+        return single_stroke(scene, rtol)
     return source if _missing(scene) else size(source, rtol, accuracy=accuracy)
 
 
 def _missing(scene: Scene) -> str:
     """Reason why there can be no steady regime with a flywheel; empty if there can."""
-    if scene.single_stroke is not None:
-        return _("The machine works stroke by stroke: it has no steady cycle.")
     if scene.stroke is not None:
         return _("The machine moves one way, from one end of its stroke to the other: it has no cycle and no flywheel.")
     if not scene.has_flywheel:
@@ -301,9 +305,13 @@ def context(sizing: Sizing) -> Context:
     return Context(sizing, partial(panel, sizing))
 
 
-def _subtitle(scene: Scene, sizing: Sizing | None, alone: bool) -> str:
+def _subtitle(scene: Scene, sizing: Source, alone: bool) -> str:
     """Subtitle of the report, or a note that it is the cover sheet alone."""
-    if sizing is None:
+    if isinstance(sizing, SingleStroke):
+        inertia, rate = quantity(sizing.inertia, "kg m²", 5), few_digits(60.0 * sizing.rate, 5)
+        wheel = _("flywheel of {inertia} on {place}", inertia=inertia, place=place(sizing.on, article=True))
+        return f"{_('{rate} strokes a minute', rate=rate)}, {wheel}"
+    if not isinstance(sizing, Sizing):
         return _("Worked report")
     speed = quantity(sizing.speed, "rpm", 5)
     if alone:
@@ -341,18 +349,15 @@ def _figure_of_stroke(result: SingleStroke) -> Figure:
     return Figure(drawn, _("One stroke over time"), about)
 
 
-def _parts(scene: Scene, sizing: Sizing | None, source: Source, printed: Solution | None) -> Iterator[Part]:
+def _parts(scene: Scene, source: Source, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
-    if isinstance(source, SingleStroke) or scene.single_stroke is not None:
+    if isinstance(source, SingleStroke):
         yield _scene(scene, [str(remark) for remark in scene.remarks])
         yield from _mechanisms(None, replace(scene, single_stroke=None))
-        stroke = source if isinstance(source, SingleStroke) else single_stroke(scene)
-        answers = parts_block(stroke, SI)
-        rows = tuple((row.label, row.value, row.note) for row in answers.rows)
-        table = Table(answers.title, (_("part"), "", _("load")), rows)
-        yield from drive.sections(stroke, _figure_of_stroke(stroke), table)
+        yield from drive.sections(source, _figure_of_stroke(source))
         yield references(None, [scene.source] if scene.source else [])
         return
+    sizing = source if isinstance(source, Sizing) else None
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
     sizing_context = None if sizing is None else context(sizing)
     yield from _mechanisms(sizing_context, source)

@@ -14,7 +14,7 @@ from flywheel.components.press_work import engage
 from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import BY_KEY, SingleStroke, exceeds, load_limits, rate_limit, share_name
-from flywheel.motions.stroke_course import driven_inertia, driving_inertia
+from flywheel.motions.stroke_course import driven_inertia, driving_inertia, servo_load
 from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import Quantity
@@ -157,13 +157,14 @@ def _of_motor(context: Context, mean: Quantity) -> Iterator[Part]:
         )
     yield from _parts(own.heat_facts(energy), "left out")
     if context.sizing.servo is not None:
-        yield from _servo(context, context.sizing.servo)
+        yield from _servo(context.sizing.servo)
+        yield context.panel("servo")
     if context.sizing.duty is None:
         yield from _windings(context.sizing.temperature)
 
 
-def _servo(context: Context, load: ServoLoad) -> Iterator[Part]:
-    """The rms point and the peak point of a servo drive beside its curves, its ratio of inertias, and its picture."""
+def _servo(load: ServoLoad) -> Iterator[Part]:
+    """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
     rms, limit = Quantity("T_rms", load.rms_torque, "N m"), Quantity("C", load.continuous_torque, "N m")
     speed = quantity(load.mean_speed, "rpm")
     words = _("rms torque over the continuous curve at the mean speed of {speed}", speed=speed)
@@ -175,7 +176,6 @@ def _servo(context: Context, load: ServoLoad) -> Iterator[Part]:
     if load.inertia_ratio is not None:
         words = _("Inertia ratio: mean inertia of what the rotor moves, at its shaft, over that of the rotor")
         yield Step(words, "u_J = J_L/J_M", (), Quantity("u_J", load.inertia_ratio))
-    yield context.panel("servo")
 
 
 def _windings(rise: Temperature | None) -> Iterator[Part]:
@@ -501,13 +501,13 @@ _SYMBOLS = {
 }
 
 
-def sections(result: SingleStroke, picture: Figure, answers: Table) -> Iterator[Section]:
-    """Sections on a stroke: picture, clutch, brake, drive, the answers whether its parts suffice, and loads over limits."""
+def sections(result: SingleStroke, picture: Figure) -> Iterator[Section]:
+    """Sections on a stroke: picture, clutch, brake, drive, and loads over limits."""
     yield _stroke(result, picture)
     yield _clutch(result)
     yield _brake(result)
     yield _drive(result)
-    yield _loads(result, answers)
+    yield _loads(result)
 
 
 def _of(result: SingleStroke, key: str, symbol: str, unit: str) -> Quantity:
@@ -643,10 +643,12 @@ def _drive(result: SingleStroke) -> Section:
         (names[key], Quantity("W_d" if key == "motor" else "", value, "J")) for key, value in result.energy.items()
     )
     title = _("Energy balance of a period; every law is integrated independently of the stepping")
-    return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms))
+    point = servo_load(result.strokes, result.phases)
+    servo = () if point is None else _servo(point)
+    return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms, *servo))
 
 
-def _loads(result: SingleStroke, answers: Table) -> Section:
+def _loads(result: SingleStroke) -> Section:
     limits, loads = load_limits(result.strokes, result.phases, result.figures), list[tuple[Cell, ...]]()
     for name, share in result.shares.items():
         key, limit = limits[name]
@@ -656,7 +658,7 @@ def _loads(result: SingleStroke, answers: Table) -> Section:
         k for k, name in enumerate(result.shares) if exceeds(result.shares[name], result.error["shares"][name])
     )
     names = _("load"), _("value"), _("limit"), _("of its limit")
-    parts: list[Part] = [answers, Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
+    parts: list[Part] = [Table(_("Loads and limits"), names, tuple(loads), emphasis=beyond)]
     parts += [Note(message(trip), "remark") for trip in trip_messages(result.trips)]
     parts += [Note(line, "remark") for line in rate_limit(result)]
     rows: list[tuple[Cell, ...]] = []

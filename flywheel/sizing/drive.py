@@ -299,7 +299,7 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
         return shaft.ratio * np.abs(omega), np.full_like(omega, shaft.ratio)
 
     def share(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        here, beside = (_of_peak(motor, shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
+        here, beside = (share_of_peak(motor, shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
         return here, np.abs(beside - here) / (SPEED_STEP * omega)
 
     mean, of_mean, _ = shaft.mean_over_time(speed)
@@ -330,7 +330,7 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
     return ServoLoad(mean, rms, limit, rms / limit, peak, there, at, most, ratio, errors)
 
 
-def _of_peak(motor: Motor, omega: Array) -> Array:
+def share_of_peak(motor: Motor, omega: Array) -> Array:
     """Torque over the peak curve; 1 beyond the greatest speed, where both are 0."""
     torque, most = np.abs(motor.torque(omega)), np.asarray(motor.peak(omega))
     return np.where(most > 0.0, torque / np.where(most > 0.0, most, 1.0), 1.0)

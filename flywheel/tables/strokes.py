@@ -17,6 +17,7 @@ from flywheel.motions.single_stroke import (
     share_name,
     verdicts_of_parts,
 )
+from flywheel.motions.stroke_course import servo_load
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import TURN
 from flywheel.sizing.drive import trip_messages
@@ -24,7 +25,7 @@ from flywheel.sizing.findings import KINDS, Finding
 from flywheel.tables.rows import SYSTEMS, Row, TradeUnits, Written, few_digits, five_digits, paragraphs, printable
 from flywheel.tables.scene import scene_rows
 from flywheel.tables.sizing import limit_names
-from flywheel.tables.summary import Block, lines_of, machine_block
+from flywheel.tables.summary import Block, lines_of, machine_block, servo_rows
 
 _OF_STROKE = (
     *("period", "rate", "stroke_time", "speed_greatest", "speed_least", "irregularity", "wheel_energy"),
@@ -63,16 +64,18 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
                 yield Row(BY_KEY[key].name, *written(BY_KEY[key], value, result.error.get(key, 0.0), system))
 
     trips = [message(each) for each in trip_messages(result.trips)]
+    point = servo_load(result.strokes, result.phases)
+    servo = () if point is None else servo_rows(point, system)
     remarks = *_slips_again(result, system), *_off_stop(result, system)
     title = printable(result.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
         Block("title", title),
         machine_block(result.scene, system),
-        parts_block(result, system),
+        _parts(result, system),
         _flywheel(result, system),
         Block("stroke", _("Stroke"), tuple(rows(_OF_STROKE))),
         Block("clutch", _("Clutch and brake"), tuple(rows(_OF_CLUTCH)), sentences=remarks),
-        Block("drive", _("Drive"), tuple(rows(_OF_DRIVE)), sentences=(*trips, *rate_limit(result))),
+        Block("drive", _("Drive"), (*rows(_OF_DRIVE), *servo), sentences=(*trips, *rate_limit(result))),
         _shares(result, system),
         _formulas(result, system),
     )
@@ -105,7 +108,7 @@ def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
         )
 
 
-def parts_block(result: SingleStroke, system: TradeUnits) -> Block:
+def _parts(result: SingleStroke, system: TradeUnits) -> Block:
     """Answers for each part whether it suffices, with its load that is nearest to its limit, or its heat without one."""
     names = {"flywheel": _("flywheel"), "clutch": _("clutch"), "brake": _("brake"), "motor": _("motor")}
     fall = number(f"{_PERCENT * (1.0 - result.speed_least / result.speed_greatest):.3g}")

@@ -452,7 +452,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         allowed = _("{limit} K allowed, {stands}", limit=f"{rise.limit:g}", stands=stands)
         yield Row(_("rise of the windings"), few_digits(rise.greatest, 4), "K", allowed)
     if sizing.servo is not None:
-        yield from _servo(sizing.servo, units)
+        yield from servo_rows(sizing.servo, units)
     heat = power.heat_of(sizing, motor, energy)
     if sizing.duty is not None and heat is not None:
         return  # what it bears is told of all phases together
@@ -486,7 +486,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         yield Row(_("motor's current"), few_digits(energy.current_rms, 4), "A", note)
 
 
-def _servo(load: ServoLoad, units: TradeUnits) -> Iterator[Row]:
+def servo_rows(load: ServoLoad, units: TradeUnits) -> Iterator[Row]:
     """The rms point and the peak point of a servo drive beside its curves, and its ratio of inertias."""
     share = few_digits(100 * load.continuous_share, 3)
     at = f"{few_digits(load.mean_speed * RPM, 5)} rpm"

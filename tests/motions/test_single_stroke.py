@@ -774,6 +774,54 @@ def test_the_report_has_every_figure_with_its_formula(tmp_path):
     page = (tmp_path / "stroke.html").read_text()
     for words in ("La carrera que se repite", "ISO 13855", "Cargas y límites", "el embrague patina"):
         assert words in page
+    sheet = contents.html(found, cover_sheet=True, units="us")
+    answers, wheel = (
+        sheet.index("Do the parts suffice for 40"),
+        sheet.index(f"{J_WHEEL / 0.45359237 / 0.3048**2:.3f} lb ft²"),
+    )
+    assert answers < wheel < sheet.index("clutch torque, locked")  # first what a buyer asks
+    assert "La carrera que se repite" not in sheet
+
+
+@pytest.mark.slow
+def test_a_servo_drive_has_its_area_points_and_ratio_of_inertias(tmp_path):
+    motor = {"type": "servo", "speed": 62.5, "torque": 60.0, "standstill_torque": 70.0, "peak_torque": 90.0}
+    motor |= {
+        "corner_speed": 43.75,
+        "maximum_speed": 125.0,
+        "set_speed": 50.0,
+        "droop": "4 %",
+        "efficiency": 0.9,
+        "inertia": 0.3,
+    }
+    scene = rotor(
+        shafts__motor={"on": "wheel", "ratio": 1.25}, drive={"on": "motor", "motor": motor | {"braking": "regenerative"}}
+    )
+    found = flywheel.single_stroke(scene, 1e-8, rates=False)
+
+    def torque(omega):
+        return np.clip(60.0 / (0.04 * 50.0) * (50.0 - omega), -90.0, 90.0)
+
+    along = course(found.strokes, found.phases, 20_000)
+    speeds = 1.25 * along.driving
+    peak = np.minimum(90.0, 90.0 * (125.0 - speeds) / 81.25)
+    mean = np.trapezoid(speeds, along.time) / found.period
+    rms = (np.trapezoid(np.clip(torque(speeds), -peak, peak) ** 2, along.time) / found.period) ** 0.5
+    assert found.servo_mean_speed == pytest.approx(mean, rel=1e-6)
+    assert found.servo_continuous_share == pytest.approx(rms / (70.0 - 10.0 * mean / 62.5), rel=1e-5)
+    shares = np.abs(torque(speeds)) / peak
+    assert found.servo_peak_share == pytest.approx(min(shares.max(), 1.0), rel=1e-6)
+    assert found.servo_peak_speed == pytest.approx(speeds[np.argmax(shares >= found.servo_peak_share - 1e-9)], rel=1e-2)
+    assert found.servo_inertia_ratio == pytest.approx(J_WHEEL / 1.25**2 / 0.3)
+    page = data.answer(found)
+    assert page["figures"] == ["mechanism", "single_stroke", "servo"]
+    assert [mark["at"] for mark in page["servo"]["diagram"]["rows"][0]["marks"]] == [
+        found.servo_mean_speed,
+        found.servo_peak_speed,
+    ]
+    found.plot(tmp_path / "stroke.svg")
+    assert "continuous curve" in (tmp_path / "stroke.svg").read_text()
+    assert "Relación de inercias" in contents.html(found, language="es")
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from flywheel.tables import sizing as scene_report
 from flywheel.tables import summary
 from flywheel.tables.explanation import explanation
 from flywheel.tables.rows import US, five_digits
-from flywheel.tables.scene import scene_rows
+from flywheel.tables.scene import parts, scene_rows
 from flywheel.tables.sizing import candidates, text
 from tests import regimes, scenes
 from tests.limits import sample
@@ -193,6 +193,24 @@ def test_the_command_prints_the_page_and_what_else_is_asked(scene, options, says
     result = CliRunner().invoke(main, ["size", str(scene), "--no-simulate", *options])
     assert result.exit_code == 0
     assert says in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("language", "model", "words"),
+    [
+        ("en", {"type": "constant", "torque": "150 N m"}, "constant: 110.6 lbf ft against the motion"),
+        ("es", {"type": "constant", "torque": "1.5 N m"}, "constant: 1,106 lbf ft contra el movimiento"),
+        ("es", {"type": "fan", "torque": "150 N m", "speed": "60 rpm"}, "fan: 110,6 lbf ft a 60 rpm"),
+        ("es", {"type": "press", "energy": "2 kJ"}, "prensa: 1475 ft lbf, constant, en la ventana de la carga"),
+        ("es", {"type": "losses", "proportional": "2 N m s"}, "losses: proportional 2 N m s"),
+    ],
+)
+def test_the_text_of_a_load_model_has_the_units_in_use(language, model, words):
+    window = {"from": "30 deg", "to": "60 deg"} if model["type"] == "press" else {}
+    load = [{"on": "crank", "torque": "-90 N m"}, {"on": "crank", "model": model, **window}]
+    scene = flywheel.load({"inertia": [{"on": "crank", "value": 2.0}], "load": load, "drive": {"torque": "balance"}})
+    with use(language):
+        assert words in " ".join(line.text for line in parts(scene, US))
 
 
 @pytest.mark.parametrize("options", [("--full", "--units", "us"), ("--json", "--language", "es"), ("--json", "--full")])
