@@ -658,8 +658,8 @@ def _sized(
 ) -> tuple[Strokes, Phases, dict[str, Limit], str | None, dict[str, tuple[Strokes, Phases]]]:
     """The machine with the smallest flywheel that keeps all limits, its stroke, all limits, the binding one, each one's own.
 
-    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is computed together
-    with its stroke, roughly first, or from a neighbour's; if that fails, or none is needed, by a search.
+    A heavier flywheel keeps every limit better: the largest of those for single limits keeps all. Each is searched roughly,
+    then computed together with its stroke; a single limit at once, or from a neighbour's, unless that fails.
     """
     demands, last = requirements_of(scene), list[SceneError]()
     runs: dict[tuple[float, float], tuple[Strokes, Phases] | None] = {}
@@ -735,19 +735,15 @@ def _sized(
     strokes = Strokes(scene, 1.0, tolerance, None if near is None else near.strokes)
     own, scale, alone = driving_inertia(strokes) - strokes.wheel**2, _scale(strokes), dict[str, float]()
     for name in demands:
-        try:
+        inertia = None
+        with suppress(SceneError):
             if near is not None and near.inertia > 0.0 and len(demands) == 1:
                 start = Strokes(scene, near.inertia, tolerance, strokes)
-                closer = beside(name, start, closest, near.phases, _at_its_rate(start, near))
-                alone[name] = closer.inertia
+                alone[name] = beside(name, start, closest, near.phases, _at_its_rate(start, near)).inertia
                 continue
-            known = [run for run in runs.values() if run is not None]
-            first = min(
-                known, key=lambda run: abs(_limited(run[0], run[1], [name])[name] / demands[name] - 1.0), default=None
-            )
-            inertia, guess = (_WIDER * scale, None) if first is None else (first[0].inertia, first[1]._replace(slopes=None))
-            inertia = beside(name, Strokes(scene, inertia, _COARSEST, strokes), _ROUGHLY, guess).inertia
-        except SceneError:
+            if len(demands) == 1:
+                inertia = beside(name, Strokes(scene, _WIDER * scale, _COARSEST, strokes), _ROUGHLY, None).inertia
+        if inertia is None:
             inertia = smallest(name, scale, _COARSEST, _ROUGHLY, _WIDER)
         try:
             run = runs.get((inertia, _COARSEST))

@@ -452,8 +452,7 @@ class Strokes:
         self, dynamics: tuple[Dynamics, Dynamics], side: Start, crank: Start, acting: Acting, fresh: bool
     ) -> tuple[Trail, Trail]:
         """Both sides while the clutch slips, from the end of a locked leg (`fresh`) or from any speeds."""
-        ratio, begin, goals, sense = self.ratio, side.time, acting.goals, acting.sense
-        turn = TURN / self.typical
+        ratio, begin, goals, sense, turn = self.ratio, side.time, acting.goals, acting.sense, TURN / self.typical
         longest = min(acting.last, begin + acting.clutch.lasting + _LONGEST_SLIP * self.plan.continuous * turn)
         until = min(longest, begin + turn)
         margin = _AFTER_LOCK * self.rtol * abs(side.omega) if fresh else 0.0
