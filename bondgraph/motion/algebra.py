@@ -283,7 +283,8 @@ def _zero(entry: Any) -> bool:
 Balance = tuple[list[Any], list[list[Any]]]  # residuals, and their slopes by rows
 Equations = Callable[[list[Any]], Balance]
 
-_STARTS = (1e-3, 1.0)  # not 0, where laws like f |f| have no slope and those like a root have a vertical one
+# not 0, where laws like f |f| have no slope and those like a root have a vertical one
+SOUGHT = (1e-3, 1.0, -1e-3, -1.0, 1e3, -1e3)
 _MOST = 200  # iterations, and a quarter as many halvings of a step
 _MOST_IDLE, _IDLE = 6, 1e-6  # iterations in turn that lessen the residual by no more than this share: none will
 _SMALL, _ROUNDING = 1e-11, 1e-7  # of a flow: a step that leaves no error behind, one that rounding may make
@@ -293,7 +294,7 @@ _NOTHING = 1e-30
 def settle(
     equations: Equations, size: int, shape: tuple[int, ...], where: str, near: Sequence[float] | None = None
 ) -> list[Any]:
-    """The flows at which all residuals vanish, sought from `near` on if it is given.
+    """The flows at which all residuals vanish, sought from `near` on if it is given, so that the branch stays the same.
 
     Raises:
         GraphError: if none are found, with `where` to say which flows these are.
@@ -302,13 +303,14 @@ def settle(
     [2.0]
 
     """
-    starts = [[start * (1.0 + 0.1 * k) for k in range(size)] for start in _STARTS]
+    some = SOUGHT if near is None else SOUGHT[:2]
+    starts = [[start * (1.0 + 0.1 * k) for k in range(size)] for start in some]
     for start in ([] if near is None else [list(near)]) + starts:
         solution = _iterated(equations, [np.full(shape, value) for value in start] if shape else start)
         if solution is not None:
             settled = [np.where(np.abs(value) > 10.0 * _NOTHING, value, 0.0) for value in solution]
             return settled if shape else [float(value) for value in settled]
-    tried = ", ".join(f"{start:g}" for start in (*([] if near is None else near[:1]), *_STARTS))
+    tried = ", ".join(f"{start:g}" for start in (*([] if near is None else near[:1]), *some))
     raise GraphError(f"no value solves the law of {where}: sought from {tried} on")
 
 
@@ -324,9 +326,6 @@ def solutions(equations: Equations, size: int) -> list[list[float]]:
         if one is not None and not any(np.allclose(one, other, rtol=_ROUNDING, atol=_SMALL) for other in roots):
             roots.append([float(value) for value in one])
     return roots
-
-
-SOUGHT = tuple(sign * size for size in (1e-3, 1.0, 1e3) for sign in (1.0, -1.0))
 
 
 def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:

@@ -440,16 +440,28 @@ def test_a_loop_with_several_solutions_says_which_one_is_kept():
     b = Builder().one("a").on("a", Se("u", 1.0), R("r", lambda f: f**3 - 3.0 * f))
     result = simulate(b.build(), 1.0)
     (line,) = result.messages
-    first = "R:r (bond 2): the flow of R:r has several solutions, -1.53209, -0.347296, 1.87939, sought from 0.001, -0.001"
+    first = "R:r (bond 2): the flow of R:r has several solutions, -1.53209, -0.347296, 1.87939, sought from 0.001, 1, -0.001"
     assert line.startswith(first)
     assert line.endswith(f"the motion begins with {result.flow('a')[0]:.6g}")
+
+
+def test_a_loop_is_solved_from_whichever_start_leads_there():
+    """f^3 - 3 f = u has one solution beyond +-2, which Newton's method does not find from everywhere."""
+    for u in (3.0, -3.0, 40.0, -40.0):
+        b = Builder().one("a").on("a", Se("u", u), R("r", lambda f: f**3 - 3.0 * f)).zero("n").bond("a", "n")
+        dynamics = Dynamics(b.on("n", C("c", 1.0)).build())
+        (flow,) = (root.real for root in np.roots([1.0, 0.0, -3.0, -u]) if abs(root.imag) < 1e-9)
+        for rates in (dynamics.rates(0.0, 0.0), dynamics.at(0.0, [np.zeros(2)]).rates):
+            assert_allclose(np.ravel(rates), flow, rtol=1e-12)
 
 
 @pytest.mark.slow
 def test_a_loop_without_a_solution_is_refused():
     """2 + f^2 = 1 nowhere."""
     none = Builder().one("a").on("a", Se("u", 1.0), R("r", lambda f: 2.0 + f**2)).build()
-    with pytest.raises(GraphError, match=r"no value solves the law of R:r \(bond 2\): sought from 0.001, 1 on"):
+    with pytest.raises(
+        GraphError, match=r"no value solves the law of R:r \(bond 2\): sought from 0.001, 1, -0.001, -1, 1000, -1000 on"
+    ):
         simulate(none, 1.0)
 
 
