@@ -15,7 +15,7 @@ import numpy as np
 from bondgraph.numerics import root, summit
 from flywheel.components import press_work
 from flywheel.components.motors import Motor
-from flywheel.language import number
+from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
@@ -71,8 +71,7 @@ _LOADS_OF = {
     "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
 _SERVO = "mean_speed", "continuous_share", "peak_speed", "peak_share", "inertia_ratio"
-_HOUR = 3600.0
-_SAFETY, _CARRIED = 2.0, 1.5
+_HOUR, _SAFETY, _CARRIED = 3600.0, 2.0, 1.5
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 _HEAVIEST_GIVEN = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 
@@ -141,7 +140,7 @@ def share_name(name: str) -> str:
         "brake at rest": _("brake at rest"),
         _TIME: _("time of the stroke"),
         _RECOVERY: _("recovery of the drive"),
-    }.get(name, name)
+    }.get(name) or message(name)
 
 
 def exceeds(share: float, error: float) -> bool:
@@ -345,8 +344,8 @@ def single_stroke(
             `rates` its errors, increased by half, are used for a stroke that differs little from it.
 
     Raises:
-        SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks or slips again, a
-            machine that stalls, a brake that does not stop or hold the crank, a rate that leaves no time for the stroke.
+        SceneError: for a stroke that is not completed, with angle and time: a clutch that never locks, a machine that
+            stalls, a brake that does not stop or hold the crank, a rate that leaves no time for the stroke.
 
     """
     scene = machine.scene if isinstance(machine, Machine) else machine
@@ -370,6 +369,8 @@ def single_stroke(
                 defect = f"{scene.inertia:.4g} kg m², whose speed a stroke hardly changes"
                 raise SceneError([Fault("flywheel.inertia", defect, f"at most {most:.2g} kg m²")])
             phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
+        if phases.period < phases.stop_time:
+            raise strokes.too_fast(phases.stop_time, phases.period)
         tight, loose = _Run.of(strokes, phases), None
         like = None if rates or near is None else _like(strokes, tight, near)
         signal = None if near is None else near.figures["emergency_angle"]
@@ -398,8 +399,7 @@ def single_stroke(
             }
             if (slopes := tight.phases.slopes) is not None and scene.inertia is None:
                 error["inertia"] += strokes.inertia * closest / max(abs(1.0 - float(slopes[-1, -1])), closest)
-            earlier = ((name, like.limits[name]) for name in limits)
-            of_limits = {name: (_CARRIED * one.reached_error, _CARRIED * one.alone_error) for name, one in earlier}
+            of_limits = {n: (_CARRIED * one.reached_error, _CARRIED * one.alone_error) for n, one in like.limits.items()}
         for name in limits:
             reached, lone = of_limits.get(name, (0.0, 0.0))
             limits[name] = limits[name]._replace(reached_error=reached, alone_error=lone)
@@ -569,10 +569,8 @@ def _while_locked(strokes: Strokes, phases: Phases, near: float | None = None) -
         return wait + float(strokes.braked_from(phi, omega).t[-1])
 
     signals = np.linspace(0.0, last, _SIGNALS)
-    if near is None:
-        middle = max(signals.tolist(), key=lasts)
-    else:
-        middle = float(np.interp(near, crank_at(phases, phases.lock_time + signals)[0], signals))
+    angles = crank_at(phases, phases.lock_time + signals)[0]
+    middle = max(signals.tolist(), key=lasts) if near is None else float(np.interp(near, angles, signals))
     low, high = max(middle - signals[1], 0.0), min(middle + signals[1], last)
     when, longest = summit(lasts, low, high, _SIGNAL_WIDTH * math.sqrt(strokes.rtol) * last)
     for end in {low, high} & {0.0, last}:
@@ -820,18 +818,19 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
     driving side has it again is the period, so that no rate without a periodic stroke has to be tried. The difference
     between the idling speed and the speed falls nearly exponentially with the time, so that the search varies its logarithm.
-    Below `idling` the side waits at that speed, and the search varies the logarithm of the period.
+    Below `idling` the side waits at that speed, and the search varies the logarithm of the rate; so it does from the given
+    one where the clutch engages at a speed above that, to which the driven side has brought it.
     """
     count, rates = strokes.plan.continuous, dict[float, tuple[float, str, float]]()
     nominal, idle, last = run.phases.begin[0], strokes.typical * strokes.ratio, [run.phases]
-    highest, idling = (idle if nominal < idle else (1.0 + _FAILS) * nominal), math.log(_NEAR_IDLE * idle)
+    faster, idling = nominal > (1.0 + strokes.rtol) * idle, math.log(_NEAR_IDLE * idle)
 
     def begun(gap: float) -> _Run:
-        phases = regaining(strokes, highest - math.exp(max(gap, idling)), last[0])
-        if gap < idling:
+        phases = run.phases if faster else regaining(strokes, idle - math.exp(max(gap, idling)), last[0])
+        if faster or gap < idling:
             plan = strokes.plan._replace(rate=count / phases.period * math.exp(gap - idling), idle=None)
             slower = Strokes(replace(strokes.scene, single_stroke=plan), strokes.inertia, strokes.rtol, strokes)
-            return _Run.of(slower, periodic(slower, phases, slower.renewed(phases)))
+            return _Run.of(slower, fitted(slower, phases, None, 1.0, slower.renewed(phases))[1])
         return _Run.of(strokes, phases)
 
     def noted(gap: float, tried: _Run) -> None:
@@ -856,8 +855,8 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
                 noted(gap, tried)
         return rates[gap][0]
 
-    slow = fast = math.log(max(highest - nominal, math.exp(idling)))
-    if slow > idling:
+    slow = fast = idling if faster else math.log(max(idle - nominal, math.exp(idling)))
+    if faster or slow > idling:
         noted(slow, run)
     while over(slow) > 0.0:
         waits = [(1.0 + rates[gap][0], rates[gap][2]) for gap in (fast, slow) if gap < idling]
@@ -868,8 +867,8 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
         step = _SLOWER if slow > idling else min(_SLOWER, 2.0 * math.log1p(over(slow)) + _WAITING)
         slow, fast = max(slow - step, idling - _LONGEST_WAIT), slow
     while over(fast) <= 0.0:  # on the way of the recovery, to where the load that decides would come to its limit
-        sooner = max(highest - _sooner(last[0], 1.0 + over(fast)), math.exp(idling))
-        slow, fast = fast, max(fast + _FASTER, math.log(sooner))
+        sooner = 0.0 if faster else idle - _sooner(last[0], 1.0 + over(fast))
+        slow, fast = fast, max(fast + _FASTER, math.log(max(sooner, math.exp(idling))))
     while math.isinf(over(fast)) and fast - slow > _FAILS:
         middle = 0.5 * (slow + fast)
         slow, fast = (middle, fast) if over(middle) <= 0.0 else (slow, middle)

@@ -327,12 +327,8 @@ class Strokes:
     def stroke(self, speed: float, rest: float, *, regains: bool = False) -> Phases:
         """One stroke, from a speed (rad/s) of the clutch's shaft and an angle (rad) at which the crank stands.
 
-        With `regains` the clutch engages again when the driving side has regained its speed, not at the scene's rate.
-
-        Raises:
-            SceneError: a clutch that does not lock, a crank that stalls behind it, a machine that stalls, a brake that does
-                not stop the crank or does not hold it, a stroke that lasts longer than the period.
-
+        With `regains` the clutch engages again when the driving side has regained its speed, not at the scene's rate. Raises
+        SceneError for a clutch that does not lock, a crank or machine that stalls, a brake that does not stop or hold it.
         """
         legs, brake_time = self.engaged(speed, rest)
         stopping = self._stop(self._ends(legs[-1])[1], legs[-1].end, brake_time)
@@ -354,10 +350,8 @@ class Strokes:
             lasting = self.plan.continuous / self.plan.rate if self.plan.rate else stop_time + (self.plan.idle or 0.0)
         else:
             lasting = math.inf if start.omega < regained else release_time
-        if lasting < stop_time:
-            defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
-            advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
-            raise SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
+        if lasting <= release_time:
+            raise self.too_fast(stop_time, lasting)
         if regained is not None:
             goals.append(straight("speed", 1, regained, -1.0))
             lasting = _RECOVERING * stop_time
@@ -376,6 +370,12 @@ class Strokes:
             expected = "a motor that brings the flywheel back to its speed"
             raise SceneError([Fault("drive", defect, expected, "a stronger motor")])
         return Phases(legs, coasting, braking, recovery, release_time, brake_time, stop_time, lasting, resting)
+
+    def too_fast(self, stop_time: float, lasting: float) -> SceneError:
+        """The fault of a stroke that is not at its end (s) after a period (s)."""
+        defect = f"a stroke that lasts {stop_time:.4g} s from engagement to standstill, every {lasting:.4g} s"
+        advice = f"fewer than {self.plan.continuous / stop_time * 60:.4g} strokes a minute, or a faster drive"
+        return SceneError([Fault("single_stroke.rate", defect, "a stroke that ends before the next begins", advice)])
 
     def _near_idling(self, omega: float) -> Goal | None:
         """The goal of a speed so near that of idling that its rest decays; None where the moment is not linear there."""
@@ -650,18 +650,18 @@ def periodic(strokes: Strokes, guess: Phases | None = None, earlier: Phases | No
     """The periodic stroke: it ends with the speed of the driving side and the resting angle of the crank at its start.
 
     `guess` is a stroke of a similar machine (without one the search begins with the motor's no-load speed and `stop_at`),
-    `earlier` the stroke of the machine itself from the state in which the guess begins, if it was calculated before.
-
-    Raises:
-        SceneError: for a stroke that cannot be followed (see `Strokes.stroke`); where no stroke is periodic.
-
+    `earlier` the stroke of the machine itself from the state in which the guess begins, if it was calculated before. Raises
+    SceneError for a stroke that cannot be followed (see `Strokes.stroke`) or is longer than the period; if none is periodic.
     """
     try:
-        return fitted(strokes, guess, None, 1.0, earlier)[1]
+        phases = fitted(strokes, guess, None, 1.0, earlier)[1]
+        if phases.period < phases.stop_time:
+            raise strokes.too_fast(phases.stop_time, phases.period)
     except SceneError as error:
         if not strokes.plan.rate or strokes.scene.inertia is None:  # of a wheel that is still sought no other rate is known
             raise
         raise SceneError([_beyond_rate(strokes, error.faults[0])]) from None
+    return phases
 
 
 def _beyond_rate(strokes: Strokes, fault: Fault) -> Fault:
@@ -768,11 +768,8 @@ def fitted(
 def regaining(strokes: Strokes, speed: float, guess: Phases) -> Phases:
     """The periodic stroke that begins at a speed (rad/s) of the driving side, whatever its period.
 
-    By Newton's method on the angle alone. `guess`: a periodic stroke, with its slopes.
-
-    Raises:
-        SceneError: for a stroke that cannot be followed, or after which that speed is not reached again.
-
+    By Newton's method on the angle alone. `guess`: a periodic stroke, with its slopes. Raises SceneError for a stroke that
+    cannot be followed, or after which that speed is not reached again.
     """
     turns, rest = strokes.plan.continuous * TURN, guess.begin[1]
     slope = 0.0 if guess.slopes is None else float(guess.slopes[1, 1])

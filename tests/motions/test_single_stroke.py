@@ -369,6 +369,30 @@ def test_without_other_limits_the_greatest_rate_leaves_no_standstill():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"drive.torque": "20*(40 - omega)", "single_stroke.rate": "6 1/min"},  # the wheel waits at its idling speed
+        {"load.1": {"on": "crank", "torque": 600.0, "from": "220 deg", "to": "299 deg"}, "drive.torque": "0.6*(40 - omega)"},
+    ],
+    ids=["waits", "is driven faster"],
+)
+def test_the_greatest_rate_of_a_wheel_at_its_idling_speed_or_above(changes):
+    """It leaves no standstill; beyond a limit of heat at the given rate it is that at which an hour's heat is the limit."""
+    scene = rotor(brake__0__torque=1500.0, shafts__wheel__clutch__static_torque=300.0).with_(changes)
+    free = flywheel.single_stroke(scene, 1e-4)
+    assert free.decides == "time of the stroke"
+    near = scene.with_({"single_stroke.rate": 0.999 * free.greatest_rate})
+    fast = flywheel.single_stroke(near, 1e-4, rates=False, near=free)
+    assert fast.shares["time of the stroke"] == pytest.approx(0.999, rel=2e-3)
+    limit = {"brake.0.heat_per_hour": 0.8 * free.brake_heat_per_hour}
+    found = flywheel.single_stroke(scene.with_(limit), 1e-4)
+    assert found.decides == "brake heat an hour"
+    there = flywheel.single_stroke(scene.with_(limit | {"single_stroke.rate": found.greatest_rate}), 1e-6, rates=False)
+    assert there.shares["brake heat an hour"] == pytest.approx(1.0, rel=1e-4)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("heat", [500e3, 75e3])
 def test_heat_an_hour_decides_the_rate_where_it_is_least(heat):
     """At the lower rate the driving side idles for most of the period."""
