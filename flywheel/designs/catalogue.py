@@ -37,6 +37,7 @@ from flywheel.numerics.units import QuantityError, figure, parse_quantity, parse
 from flywheel.reading.catalogue import Catalogue, CatalogueMotor, read_catalogue
 from flywheel.reading.motors import MOTORS
 from flywheel.regime.free_motion import neighbours
+from flywheel.regime.turning_moment import refuse_strokes
 from flywheel.scene.scene import TURN, Scene
 from flywheel.sizing.motor import MotorShaft, of_motor, shares
 from flywheel.sizing.results import Sizing
@@ -243,6 +244,7 @@ def suitable_motors(
         SceneError: for faults of the table, and a scene without a drive or a flywheel.
 
     """
+    refuse_strokes(scene)
     if not isinstance(catalogue, Catalogue):
         catalogue = read_catalogue(catalogue, skip_faulty=skip_faulty)
     terms = Terms(at, start_time, dict(wheel_limits or {}), dict(wheel_prices or {}))

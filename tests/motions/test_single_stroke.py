@@ -694,7 +694,11 @@ def test_faults_of_the_scene(changes, words):
 
 
 def test_other_commands_do_not_pass_over_clutch_and_brake():
-    for call in (flywheel.size, flywheel.run_up, lambda scene: flywheel.simulate(scene, 0.0, 1.0, 1.0)):
+    calls = (
+        *(flywheel.size, flywheel.run_up, lambda scene: flywheel.simulate(scene, 0.0, 1.0, 1.0)),
+        lambda scene: flywheel.suitable_motors(scene, "motors.csv"),
+    )
+    for call in calls:
         with pytest.raises(SceneError, match="works stroke by stroke"):
             call(rotor())
     with pytest.raises(SceneError, match="single_stroke: found nothing"):
