@@ -202,9 +202,8 @@ def star(graph: BondGraph, half: Mapping[str, tuple[float, float]], hub: str) ->
     wide, high = (2.0 * max(half[name][k] for name in ports) + _FREE for k in (0, 1))
     angles = np.linspace(0.0, tau, 1 + 16 * len(ports))
     across, up = (np.maximum(np.abs(side), 1e-9) for side in (np.sin(angles), np.cos(angles)))
-    starts = np.concatenate(
-        [[0.0], np.cumsum(1.0 / np.minimum(wide / across, high / up))[:-1]]
-    )  # labels on a unit of radius
+    sizes = np.maximum(np.minimum(wide / across, high / up), 0.6 * (wide * across + high * up))  # the bonds pass, too
+    starts = np.concatenate([[0.0], np.cumsum(1.0 / sizes)[:-1]])  # labels on a unit of radius
     turns = np.interp(np.arange(len(ports)) / len(ports), starts / starts[-1], angles)
     radius = max(len(ports) / (starts[-1] * angles[1]), 0.5 * wide + 2.0 * _SHORTEST)
     return {hub: (0.0, 0.0)} | {

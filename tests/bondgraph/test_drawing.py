@@ -240,10 +240,10 @@ def rails(lengths):
     return b.build()
 
 
-def star(ports):
+def star(ports, name="e"):
     b = Builder().one("hub")
     for k in range(ports):
-        b.on("hub", (I, C, R, Se)[k % 4](f"e{k}", 1.0))
+        b.on("hub", (I, C, R, Se)[k % 4](f"{name}{k}", 1.0))
     return b.build()
 
 
@@ -253,6 +253,7 @@ LONG = [
     pytest.param(lambda: rails(20), 15, marks=pytest.mark.slow),
     (lambda: star(50), 24),
     (lambda: star(15), 24),
+    (lambda: star(30, "a_long_name_of_it"), 24),
 ]
 
 
