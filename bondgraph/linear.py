@@ -467,7 +467,7 @@ def linearize(
 
     graph = as_graph(graph)
     dynamics = Dynamics(graph, signals)
-    names = dynamics.state.names
+    names, rates_of = dynamics.state.names, _field(dynamics)
     try:
         point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
     except GraphError as error:
@@ -505,7 +505,7 @@ def linearize(
     for numeric, symbolic in zip((A, B, C, D), matrices, strict=True):
         for place, slope in symbolic.todok().items():
             numeric[place] = full_digits(slope.xreplace(filled))
-    _check_kinks(dynamics, point, A)
+    _check_kinks(dynamics, rates_of, point, A)
     return Linear(
         names, moved, output_names, point, A, B, C, D, (matrices[0], matrices[1], matrices[2], matrices[3]), driven
     )
@@ -555,9 +555,9 @@ def _output_expression(read: Reading, form: Formulation, name: str, states: Mapp
     return read.twin.finish(read.walk.whole((form.flow if signal[0] == "f" else form.effort)[signal[1]]))
 
 
-def _check_kinks(dynamics: Dynamics, point: Mapping[str, float], slopes: Array) -> None:
+def _check_kinks(dynamics: Dynamics, at: Callable[[Array], Array], point: Mapping[str, float], slopes: Array) -> None:
     """Raises if the slopes of the rates to both sides differ, whatever the step."""
-    names, at = dynamics.state.names, _field(dynamics)
+    names = dynamics.state.names
     state = np.array([point[name] for name in names])
     rows, columns = _balanced(slopes)
     apart = rows[:, None] * np.abs(_differences(at, state) - slopes) * columns

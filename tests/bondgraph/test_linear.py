@@ -169,6 +169,10 @@ def test_the_same_in_scipy():
 
 
 def test_wrong_requests_are_told_what_there_is():
+    for open_law in (C("c", lambda q, k: k * q), R("d", lambda k: k)):
+        graph = Builder().parameter(k=None).one("m").on("m", I("M", 2.0), open_law).build()
+        with pytest.raises(GraphError, match=r"has no value: graph.with_parameters\(k=...\)$"):
+            linearize(graph)
     varying = Builder().one("m").on("m", I("M", 2.0), R("d", lambda f: abs(f)), Se("F", lambda t: t)).build()
     for inputs, match in (
         ({"at": {"p_L": 1.0}}, r"at 'p_L': no such state; they are p_M"),
