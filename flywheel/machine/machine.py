@@ -429,15 +429,7 @@ class Machine:
     def _geometry(self) -> bytes:
         """A digest of what decides where places reverse: mechanisms without masses, the parameters that their laws read."""
         scene = self.scene
-        mechanisms = [
-            replace(
-                each,
-                bodies={},
-                outputs=tuple(output._replace(inertia=0.0) for output in each.outputs),
-                linkage=None if each.linkage is None else each.linkage.unweighed(),
-            )
-            for each in scene.mechanisms
-        ]
+        mechanisms = [mechanism.unweighed() for mechanism in scene.mechanisms]
         parts: list[Any] = [mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
         laws = [output.law for mechanism in scene.mechanisms for output in mechanism.outputs]
         named = frozenset[str]().union(*(law.names for law in laws if isinstance(law, Expression)))

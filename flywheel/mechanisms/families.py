@@ -8,6 +8,7 @@ records come parts that chains share, limits where a crank locks, and the ends o
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -618,6 +619,10 @@ class Ends(NamedTuple):
         return sum(way.tolist()) if (way >= -_FLAT * (self.high - self.low)).all() else None
 
 
+_KEPT_ENDS = 64
+_ends: dict[bytes, Ends] = {}  # of the last ports, by what they depend on
+
+
 def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
     """Every place where a port may reverse on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
 
@@ -637,9 +642,12 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     (0.3, 0.5)
 
     """
+    recorded: list[Any] = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
+    key = b"" if recorded else pickle.dumps((mechanism.unweighed(), port, dict(parameters)))
+    if key in _ends:
+        return _ends[key]
     family = plain = build(mechanism, parameters)
     velocity = family.ports[port].velocity
-    recorded: list[Any] = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
     if recorded:
         now, values = ({name: present(value) for name, value in each.items()} for each in (mechanism.geometry, parameters))
         plain = build(replace(mechanism, geometry=now), values)
@@ -681,7 +689,12 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         defect = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
         raise SceneError([Fault(mechanism.path, defect, "a port that moves")]) from None
     psi = np.array(sorted({*edges, *(now_at(*each) if recorded else each[1] for each in inner)}))
-    return Ends(psi, displacement(psi), period, displacement)
+    ends = Ends(psi, displacement(psi), period, displacement)
+    if key:
+        _ends[key] = ends
+    for oldest in list(_ends)[:-_KEPT_ENDS]:
+        _ends.pop(oldest, None)
+    return ends
 
 
 def _flow(family: Family, velocity: str, position: Any) -> tuple[Any, Any]:

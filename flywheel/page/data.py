@@ -7,6 +7,7 @@ dragged there are fewer positions of the driver, with seven digits; otherwise mo
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import floor, log10
 from typing import Any
 
@@ -22,7 +23,7 @@ from flywheel.pictures import diagrams, drives, sketch
 from flywheel.pictures.diagrams import DIAGRAMS, QUANTITIES
 from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of
 from flywheel.scene.linkage import FRAME
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Mechanism, Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables.strokes import blocks
@@ -84,7 +85,7 @@ def answer(
             if isinstance(made, str):
                 why[panel] = made
             else:
-                panels[panel] = made.as_dict() if isinstance(made, Diagram) else made
+                panels[panel] = _finite(made.as_dict() if isinstance(made, Diagram) else made, digits)
     return {
         "title": scene.title or "",
         "cycle": scene.cycle,
@@ -97,7 +98,7 @@ def answer(
         "why": why,
         "later": [panel for panel in panels_there if panel not in names],
         "faults": faults,
-        **{panel: _finite(made, digits) for panel, made in panels.items()},
+        **panels,
     }
 
 
@@ -218,16 +219,26 @@ def _mechanism(scene: Scene, axis: Axis) -> dict[str, Any] | str:
 
 
 _last_views: list[tuple[Any, tuple[sketch.View, ...]]] = []
-"""The mechanisms drawn last: a change of a load or a speed leaves their figures unchanged."""
+"""The mechanisms drawn last: a change of a mass, a load or a speed leaves their figures unchanged."""
 
 
 def _views_of(scene: Scene) -> tuple[sketch.View, ...]:
     """The mechanisms of a scene with their figures; unchanged mechanisms keep those of the last scene."""
-    shape = scene.mechanisms, scene.stroke, dict(scene.shafts)
+    shape = [_alike(mechanism) for mechanism in scene.mechanisms], scene.stroke, dict(scene.shafts)
     if _last_views and _last_views[0][0] == shape:
         return _last_views[0][1]
     _last_views[:] = [(shape, sketch.views(scene))]
     return _last_views[0][1]
+
+
+def _alike(mechanism: Mechanism) -> Mechanism:
+    """A mechanism with masses of 1 kg: a drawing shows the centres of bodies that have any."""
+    bodies = {name: body._replace(mass=float(body.mass > 0.0), inertia=0.0) for name, body in mechanism.bodies.items()}
+    linkage = mechanism.linkage
+    if linkage is not None:
+        links = tuple(link._replace(mass=float(link.mass > 0.0), inertia=0.0) for link in linkage.links)
+        linkage = replace(linkage, links=links)
+    return replace(mechanism, bodies=bodies, linkage=linkage)
 
 
 def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,7 @@ def read_table(
     arrays: list[Array] = []
     for name, column, unit in zip(("angle", "value"), columns, units, strict=True):
         try:  # each number is rounded once
-            arrays.append(np.array([convert(number, unit or Unit()) for number in column]))
+            arrays.append(_in_si(tuple(column), unit or Unit()))
         except QuantityError as error:
             faults.add(f"{path}.{name}", error.defect, error.expected)
     if len(faults) > before or not _ascends(arrays[0], path, faults):
@@ -67,6 +68,14 @@ def read_table(
     written = [[f"{number} {text}" for number in column] for column, text in zip(columns, texts, strict=True)]
     angle, value = arrays
     return Table(angle, value, item.fields["interpolation"], np.array(written))
+
+
+@lru_cache(maxsize=32)
+def _in_si(column: tuple[float | str, ...], unit: Unit) -> Array:
+    """The numbers of a column in SI; the last columns are kept, because most edits of a scene leave its tables alone."""
+    numbers = np.array([convert(number, unit) for number in column])
+    numbers.flags.writeable = False
+    return numbers
 
 
 def columns_of(

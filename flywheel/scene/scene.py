@@ -204,6 +204,12 @@ class Mechanism(Frozen):
     stroke: tuple[float, float] | None = None
     path: str = "mechanism"  # where it stands in the scene, for messages: `mechanism`, `mechanism[1]`
 
+    def unweighed(self) -> Mechanism:
+        """The same without masses, on which no position depends."""
+        outputs = tuple(output._replace(inertia=0.0) for output in self.outputs)
+        linkage = None if self.linkage is None else self.linkage.unweighed()
+        return replace(self, bodies={}, outputs=outputs, linkage=linkage)
+
 
 class Load(NamedTuple):
     """A force or torque on a place, positive along its positive sense.

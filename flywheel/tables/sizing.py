@@ -16,7 +16,7 @@ from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import text as _
 from flywheel.machine.equation import NoMotionError
-from flywheel.numerics.cells import TIE
+from flywheel.numerics import cells
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
@@ -134,7 +134,9 @@ def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
     if sizing.cycle is None:
         return None
     on_crank = inertia * sizing.scene.flywheel_ratio**2
-    if sizing.run is not None and on_crank == sizing.run.inertia:
+    if (
+        sizing.run is not None and abs(on_crank - sizing.run.inertia) <= ROUNDING * on_crank
+    ):  # divided by the ratio, and multiplied
         return sizing.run
     try:
         if sizing.machine is None or not sizing.machine.sets_its_speed:
@@ -300,7 +302,7 @@ def wheel(sizing: Sizing) -> list[str]:
         rows.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{whence}"))
     lines = block("The wheel", rows)
     made_for, which = (sizing.flywheel.exact, "exact") if scene.inertia is None else (scene.inertia, "given")
-    if made_for and built.wheel.inertia > made_for * (1 + TIE):
+    if made_for and built.wheel.inertia > made_for * (1 + cells.TIE):
         lines += wrapped(
             f"Rounded up: it has {figure(built.wheel.inertia, most=7)} kg m² for {figure(made_for, most=7)}. This block and "
             f"the flywheels on every shaft are as built; all other figures are those of the {which} inertia."

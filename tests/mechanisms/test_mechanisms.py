@@ -184,6 +184,14 @@ def stroke(mechanism: Mechanism, port: str, parameters: Any = None) -> tuple[flo
     return ends.low, ends.high
 
 
+def test_the_ends_of_a_port_are_those_of_its_lengths_and_not_of_masses() -> None:
+    light = crank("slider-crank", crank_length=0.1, rod_length=0.4)
+    heavy = replace(light, bodies={"slider": Body(mass=7.0)})
+    longer = replace(light, geometry={**light.geometry, "crank.length": 0.15})
+    assert ends_of(heavy, "slider") is ends_of(light, "slider")
+    assert stroke(longer, "slider") == pytest.approx((0.25, 0.55))
+
+
 def crank(kind: str, **lengths: float) -> Mechanism:
     geometry = {"slider.offset": 0.0, "yoke.direction": 0.0}
     geometry |= {name.replace("_", "."): value for name, value in lengths.items()}

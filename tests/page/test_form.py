@@ -172,6 +172,17 @@ def test_bodies_stand_where_motion_has_their_points(press: Sizing, answer: dict)
     assert at == pytest.approx(flywheel.motion(press.machine, of=["rod.com"], at=phi[k])["rod.com"].position, abs=1e-9)
 
 
+def test_a_drawing_has_the_centres_of_its_own_scene_whatever_was_drawn_before(press: Sizing) -> None:
+    def drawn(**edits: object) -> dict:
+        (view,) = data.answer(press.scene.with_(edits), {"panels": ["mechanism"]}, rest=False)["mechanism"]["views"]
+        return {each["body"]: each["at"][1:] for each in view["centres"]}
+
+    first = drawn()
+    assert drawn(**{"mechanism.rod.mass": 100.0}) == first
+    assert drawn(**{"mechanism.rod.com": 0.1})["rod"] != first["rod"]
+    assert first.keys() - drawn(**{"mechanism.slider.mass": 0.0}) == {"slider"}
+
+
 # -- machines of every kind ----------------------------------------------------------------------------------------------
 
 GONE = {
