@@ -37,7 +37,9 @@ _SAMPLES, _FINE = 32, 1e-3  # places on a cell; of what ranges change: what wide
 _SECANTS = 30  # steps towards a zero: ten are usual
 _MOST_CYCLES, _MOST_PICARD = 12, 60  # Newton's steps to a periodic solution, and Picard's along a cell
 _MOST_WIDER = 4  # tries to enclose a periodic solution
-_CLOSED = 1e-3  # of the error allowed: what these steps may leave
+_CLOSED = 1e-6  # of the error allowed: what these steps may leave
+_SHRUNK = 0.1  # of the change of the last step of Newton's method: less, or rounding decides
+_TUBE = 1e4  # radius of the tubes about a solution over that error
 _ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is searched for at least
 
 
@@ -107,6 +109,12 @@ def first(u: Any) -> Any:
 def ball(value: Any) -> Any:
     """A ball of a ball or of a plain number."""
     return value if isinstance(value, arb) else arb(value)
+
+
+def key(value: Any) -> tuple[Any, Any]:
+    """Middle and radius of a ball, by which it is known in a table."""
+    own = ball(value)
+    return own.mid().man_exp(), own.rad().man_exp()
 
 
 def hull(values: Iterable[Any]) -> Any:
@@ -225,14 +233,15 @@ def _power(u: Any, exponent: Any) -> Any:
 
 
 def _angle(y: Any, x: Any) -> Any:
-    """The angle of a point (x, y): of series where x or y keeps its sign."""
+    """The angle of a point (x, y): of series where x is positive or y keeps its sign, by the smaller over the larger."""
     if not (isinstance(y, arb_series) or isinstance(x, arb_series)):
         return arb.atan2(_lifted(y), _lifted(x))
-    right = first(x)
-    if right > 0:
+    right, up = first(x), first(y)
+    if right > 0 and not abs(up) > right:
         return (_lifted(y) / x).atan()
-    side = _sign(y)
-    return arb.pi() * side / 2 - (_lifted(x) / y).atan()
+    if right < 0 and abs(up) < -right:
+        return arb.pi() * _sign(y) + (_lifted(y) / x).atan()
+    return arb.pi() * _sign(y) / 2 - (_lifted(x) / y).atan()
 
 
 _SIGNS = {
@@ -302,9 +311,13 @@ class Model(NamedTuple):
 
 
 def models(
-    functions: Sequence[Callable[[Any], Sequence[Any]]], edges: Sequence[Any], order: int, errors: Sequence[Any]
+    functions: Sequence[Callable[[Any], Sequence[Any]]],
+    edges: Sequence[Any],
+    order: int,
+    scales: Sequence[float],
+    left: float,
 ) -> list[Model]:
-    """Models of functions of stretches, on cells so narrow that the width of each is within its error.
+    """Models of functions of stretches, on cells so narrow that little of each is left open.
 
     The width of a cell follows from what the one before has left open, as steps of an integration in time do.
 
@@ -312,28 +325,29 @@ def models(
         functions: of each stretch, from a power series to power series, or to balls where they are constant.
         edges: where stretches begin and end, balls.
         order: degree of the polynomials.
-        errors: for each function the allowed radius at a cell's end, a number.
+        scales: for each function its size, unless it is larger in a cell.
+        left: the allowed radius at a cell's end, over this size.
 
     Raises:
-        UnprovenError: if no cells, however narrow, reach the errors.
+        UnprovenError: if no cells, however narrow, leave so little open.
 
     """
     cells: list[Model] = []
     width = math.inf
-    for function, (left, high) in zip(functions, pairwise(edges), strict=True):
-        narrowest = _NARROWEST * float((high - left).mid())
-        while left is not high:
-            rest = float((high - left).mid())
+    for function, (start, high) in zip(functions, pairwise(edges), strict=True):
+        narrowest = _NARROWEST * float((high - start).mid())
+        while start is not high:
+            rest = float((high - start).mid())
             parts = max(1, math.ceil(rest / width))
-            right = high if parts == 1 else arb(float(left.mid()) + rest / parts)
-            model, share = _model(function, left, right, order, errors)
+            right = high if parts == 1 else arb(float(start.mid()) + rest / parts)
+            model, share = _model(function, start, right, order, scales, left)
             change = _SAFE * max(share, _LEAST_SHARE) ** (-1 / (_STEEP * order))
             width = rest / parts * min(max(change, _SHRINKS), 1 / _SHRINKS)
             if model is not None:
                 cells.append(model)
-                left = right
+                start = right
             elif width < narrowest:
-                raise UnprovenError(f"a function that is not smooth at {float(left.mid()):.6g} rad")
+                raise UnprovenError(f"a function that is not smooth at {float(start.mid()):.6g} rad")
     return cells
 
 
@@ -346,15 +360,21 @@ def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -
 
 
 def _model(
-    functions: Callable[[Any], Sequence[Any]], low: Any, high: Any, order: int, errors: Sequence[float] = ()
+    functions: Callable[[Any], Sequence[Any]],
+    low: Any,
+    high: Any,
+    order: int,
+    scales: Sequence[float] = (),
+    left: float = 1.0,
 ) -> tuple[Model | None, float]:
-    """The model of one cell, None if it is too wide for any; and what it leaves open over the errors, at most 1."""
+    """The model of one cell, None if it is too wide for any; and what it leaves open over what it may, at most 1."""
     middle = arb(float(((low + high) / 2).mid()))
     reach = (low.union(high) - middle).abs_upper() ** order
     try:
         whole = functions(variable(low.union(high)))
         radii = [float(coefficient(outer, order).rad() * reach) for outer in whole]
-        shares = [radius / error for radius, error in zip(radii, errors, strict=False)]
+        sizes = [max(abs(float(first(outer).mid())), scale) for outer, scale in zip(whole, scales, strict=False)]
+        shares = [radius / (left * size) for radius, size in zip(radii, sizes, strict=False)]
         missed = max(shares, default=0.0) if all(map(math.isfinite, shares)) else math.inf
         if missed > 1.0:
             return None, missed
@@ -658,16 +678,18 @@ def _across(curve: Curve) -> list[Any]:
 
 
 class Place(NamedTuple):
-    """A cell between two balls, its middle, and the rate of E there: F and dF/dE as series, from E as a series.
+    """A cell between two balls, its middle, and the rate of E there: F, dF/dE, ... as series, from E as a series.
 
-    `inner` gives them about the middle, `whole` about every place of the cell at once: its argument is a ball.
+    `inner` gives them about the middle; `about` and `whole` for all parameters in some ranges, about the middle and about
+    every place of the cell at once: then the argument is a ball.
     """
 
     low: Any
     high: Any
     middle: Any
-    inner: Callable[[Any], tuple[Any, Any]]
-    whole: Callable[[Any], tuple[Any, Any]]
+    inner: Callable[[Any], Sequence[Any]]
+    about: Callable[[Any], Sequence[Any]]
+    whole: Callable[[Any], Sequence[Any]]
 
     @property
     def span(self) -> Any:
@@ -675,20 +697,35 @@ class Place(NamedTuple):
         return self.low.union(self.high) - self.middle
 
 
+class Tube(NamedTuple):
+    """All E within a radius of a polynomial in a cell, for all parameters in the ranges.
+
+    `cut` is the last coefficient of F there, about every place; `steep` the polynomial of dF/dE; `rates` F, dF/dE, ... all
+    over the cell.
+    """
+
+    polynomial: Any
+    radius: Any
+    cut: Any
+    steep: Any
+    rates: Sequence[Any]
+
+
 class Orbit(NamedTuple):
     """A periodic solution: in each cell a polynomial, and `reach`, a ball, the greatest distance from it.
 
     `start` is the ball of values at the beginning of the cycle from which every solution stays within it: it contains
-    exactly one periodic solution.
+    exactly one periodic solution. All solutions so near lie in the `tubes`.
     """
 
     polynomials: tuple[Any, ...]
     reach: Any
     start: Any
+    tubes: tuple[Tube, ...]
 
 
-def periodic(cells: Sequence[Place], start: Any, order: int, error: float, near: Sequence[Any] = ()) -> Orbit:
-    """The stable periodic solution of dE/dphi = F(phi, E) near a start, proven by an upper and a lower solution.
+def periodic(cells: Sequence[Place], order: int, error: float, near: Sequence[Any], tubes: Sequence[Tube] = ()) -> Orbit:
+    """The stable periodic solution of dE/dphi = F(phi, E) near polynomials, proven by an upper and a lower solution.
 
     With polynomials p, d = |dp/dphi - F(phi, p)|, and L no less than dF/dE near p, p + s is an upper solution where
     ds/dphi = L s + d, and p - s a lower one. If s plus the gap by which p does not close is no larger at the end of the
@@ -696,63 +733,90 @@ def periodic(cells: Sequence[Place], start: Any, order: int, error: float, near:
 
     Args:
         cells: of the cycle, one after another.
-        start: approximate E where the cycle begins.
         order: degree of the polynomials.
         error: distance from its polynomials in which the solution is first searched for; increased if necessary.
-        near: polynomials of a solution near this one, in the same cells, with which the search begins.
+        near: polynomials of a solution near this one, in the same cells.
+        tubes: about a solution near this one; made anew where they are too narrow.
 
     Raises UnprovenError where no stable periodic solution is proven near.
     Source: J. Mawhin, First order ordinary differential equations with several periodic solutions, ZAMP 38 (1987).
 
     >>> with precision(96, 14):
-    ...     def law(phi, e):
-    ...         return phi.sin() - e, -1 + 0 * e
+    ...     def law(phi):
+    ...         return lambda e: (phi.sin() - e, -1 + 0 * e)
     ...     edges = [arb(k) * arb.pi() / 8 for k in range(17)]
     ...     cells = []
     ...     for low, high in zip(edges, edges[1:]):
     ...         middle = ((low + high) / 2).mid()
-    ...         at, all_over = arb_series([middle, 1], 15), arb_series([low.union(high), 1], 15)
-    ...         cells.append(Place(low, high, middle, lambda e, at=at: law(at, e), lambda e, at=all_over: law(at, e)))
-    ...     orbit = periodic(cells, arb(-0.4), 14, 1e-15)
+    ...         at, all_over = law(variable(middle)), law(variable(low.union(high)))
+    ...         cells.append(Place(low, high, middle, at, at, all_over))
+    ...     orbit = periodic(cells, 14, 1e-15, [line(-0.4, 0)] * 16)
     ...     apart = orbit.polynomials[0](cells[0].low - cells[0].middle) + 0.5  # (sin - cos)/2
     ...     bool(abs(apart) < orbit.reach), float(orbit.reach) < 1e-15
     (True, True)
 
     """
-    start = start.mid()
-    for _ in range(_MOST_CYCLES):
-        polynomials, growth = _followed(cells, start, order, _CLOSED * error, near)
-        if not growth < 0:
-            raise UnprovenError("a steady motion that is stable")
-        near, gap = polynomials, polynomials[-1](cells[-1].high - cells[-1].middle) - start
-        step = (gap / (1 - growth.exp())).mid()
-        if abs(float(step)) < _CLOSED * error:
-            break
-        start = (start + step).mid()
+    polynomials, rates = approached(cells, order, _CLOSED * error, near)
+    radius = arb(error) * _TUBE
     for _ in range(_MOST_WIDER):
-        most, at_start = _reach(cells, polynomials, order, error)
-        if most < error:
-            return Orbit(polynomials, most, around(polynomials[0](cells[0].low - cells[0].middle), at_start))
-        error = 4.0 * float(most)
-    raise UnprovenError(f"a motion whose cycle stays open by {float(most):.1e} J")
+        tubes = tubes or tuple(_tube(cell, own, radius, order) for cell, own in zip(cells, polynomials, strict=True))
+        most, at_start = _reach(cells, polynomials, rates, tubes, order)
+        pairs = zip(cells, polynomials, tubes, strict=True)
+        farthest = reduce(arb.max, ((own - tube.polynomial)(cell.span).abs_upper() for cell, own, tube in pairs)) + most
+        if farthest < tubes[0].radius:
+            start = around(polynomials[0](cells[0].low - cells[0].middle), at_start)
+            return Orbit(polynomials, most, start, tuple(tubes))
+        tubes, radius = (), 4 * farthest.upper()
+    raise UnprovenError(f"a motion whose cycle stays open by {float(most):.1e}")
 
 
-def _followed(
-    cells: Sequence[Place], start: Any, order: int, error: float, near: Sequence[Any] = ()
-) -> tuple[tuple[Any, ...], Any]:
-    """Polynomials of E from a start, one cell after another, and the integral of dF/dE along them."""
-    polynomials, growth, value = [], arb(0), start
-    for cell, guess in zip(cells, near or [arb_poly([start])] * len(cells), strict=True):
+def approached(
+    cells: Sequence[Place], order: int, error: float, near: Sequence[Any]
+) -> tuple[tuple[Any, ...], list[Sequence[Any]]]:
+    """Polynomials of a periodic solution by Newton's method from near ones, and the rates along them.
+
+    The correction e of polynomials p follows de/dphi = dF/dE e + F(phi, p) - dp/dphi, all over the cycle.
+    """
+    polynomials, change = tuple(near), arb("inf")
+    for _ in range(_MOST_CYCLES):
+        rates = [cell.inner(series(own, order)) for cell, own in zip(cells, polynomials, strict=True)]
+        corrections, kept = _corrections(cells, polynomials, rates, order)
+        last = change
+        change = reduce(arb.max, (own(cell.span).abs_upper() for cell, own in zip(cells, corrections, strict=True)))
+        if change < error * (1 - kept) or not change < _SHRUNK * last:
+            return polynomials, rates
+        polynomials = tuple(_middles(own + more) for own, more in zip(polynomials, corrections, strict=True))
+    raise UnprovenError("that a steady motion is near")
+
+
+def _corrections(
+    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Sequence[Any]], order: int
+) -> tuple[list[Any], Any]:
+    """The corrections of polynomials by a step of Newton's method, and what is left of a deviation after a cycle."""
+    parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
+    following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
+    for cell, own, (rate, steep, *_), (after, next_own) in zip(cells, polynomials, rates, following, strict=True):
         low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
-        own, steep = solution(cell, value, guess, order, error)
-        grown = _polynomial(steep, order).integral()
-        polynomials.append(own)
-        value, growth = own(high).mid(), growth + grown(high) - grown(low)
-    return tuple(polynomials), growth
+        growth = arb_series([*map(partial(coefficient, steep), range(order))], order).integral()
+        alone, missed = growth.exp(), series(_polynomial(rate, order - 1) - own.derivative(), order - 1)
+        forced = alone * ((-growth).exp() * missed).integral()
+        alone, forced = (_middles(arb_poly(each.coeffs())) for each in (alone, forced))
+        alone *= 1 / alone(low)
+        forced -= alone * forced(low)
+        jump = own(high) - next_own(after.low.mid() - after.middle)
+        grown, gap = (grown * alone(high)).mid(), (gap * alone(high) + forced(high) + jump).mid()
+        parts.append((alone, forced, high, jump))
+    if not grown < 1:
+        raise UnprovenError("a steady motion that is stable")
+    corrections, value = list[Any](), (gap / (1 - grown)).mid()
+    for alone, forced, high, jump in parts:
+        corrections.append(forced + value * alone)
+        value = (corrections[-1](high) + jump).mid()
+    return corrections, grown
 
 
-def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> tuple[Any, Any]:
-    """The polynomial of E in a cell from a value at its low end, by Picard's iteration; and dF/dE along it, a series.
+def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> Any:
+    """The polynomial of E in a cell from a value at its low end, by Picard's iteration.
 
     Args:
         cell: where.
@@ -765,13 +829,16 @@ def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> tu
     low, reach = cell.low.mid() - cell.middle, arb(0, cell.span.abs_upper())
     own, change = near + (value - near(low)), arb("inf")
     for _ in range(_MOST_PICARD):
-        rate, steep = cell.inner(series(own, order))
-        rising = _polynomial(rate, order - 1).integral()
-        polynomial = arb_poly([each.mid() for each in (rising + (value - rising(low))).coeffs()])
+        rising = _polynomial(cell.inner(series(own, order))[0], order - 1).integral()
+        polynomial = _middles(rising + (value - rising(low)))
         last, change, own = change, (polynomial - own)(reach).abs_upper(), polynomial
         if change < error or not change < last:
             break
-    return own, steep
+    return own
+
+
+def _middles(polynomial: Any) -> Any:
+    return arb_poly([each.mid() for each in polynomial.coeffs()])
 
 
 def _polynomial(series: Any, degree: int) -> Any:
@@ -781,36 +848,49 @@ def _polynomial(series: Any, degree: int) -> Any:
 def missed(cell: Place, own: Any, order: int) -> Any:
     """The greatest |dp/dphi - F(phi, p)| in a cell; infinite where F is not enclosed."""
     try:
-        rate = cell.inner(series(own, order))[0]
-        cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
+        rate, cut = cell.inner(series(own, order))[0], _tube(cell, own, arb(0), order).cut
     except (ArithmeticError, ValueError):
         return arb("inf")
+    return _missed(cell, own, rate, cut, order)
+
+
+def _missed(cell: Place, own: Any, rate: Any, cut: Any, order: int) -> Any:
+    """The same by F about the middle and by its last coefficient."""
     apart = (own.derivative() - _polynomial(rate, order - 1))(cell.span)
     return (abs(apart) + abs(cut) * cell.span.abs_upper() ** order).abs_upper()
 
 
-def _reach(cells: Sequence[Place], polynomials: Sequence[Any], order: int, error: float) -> tuple[Any, Any]:
+def _tube(cell: Place, own: Any, radius: Any, order: int) -> Tube:
+    """The tube about a polynomial."""
+    wide = own + arb(0, radius)
+    inner, outer = cell.about(series(wide, order)), cell.whole(series(wide(line(cell.span, 1)), order))
+    return Tube(own, radius, coefficient(outer[0], order), enclosing(inner[1], outer[1], order), [*map(first, outer)])
+
+
+def _reach(
+    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Sequence[Any]], tubes: Sequence[Tube], order: int
+) -> tuple[Any, Any]:
     """Greatest distance of a periodic solution from polynomials close to it, and the distance at the start."""
     steps = []
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
-    for cell, own, (after, next_own) in zip(cells, polynomials, following, strict=True):
-        length = (cell.high - cell.low).max(arb(0))
-        steep = first(cell.whole(arb_series([own(cell.span) + arb(0, error)], order + 1))[1])
+    for cell, own, (rate, *_), tube, (after, next_own) in zip(cells, polynomials, rates, tubes, following, strict=True):
+        length, primitive = (cell.high - cell.low).max(arb(0)), tube.steep.integral()
+        grown = (primitive(cell.high - cell.middle) - primitive(cell.low - cell.middle)).exp().abs_upper()
+        peak = (tube.steep(cell.span) * length).exp().abs_upper().max(arb(1))
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)
-        grown = (steep * length).exp().abs_upper()
-        added = missed(cell, own, order) * length * grown.max(arb(1)) + jump.abs_upper()
+        added = _missed(cell, own, rate, tube.cut, order) * length * peak
         if not (grown.is_finite() and added.is_finite()):
             raise UnprovenError("a torque that is undecided near the motion")
-        steps.append((grown, added))
+        steps.append((grown, peak, added, jump.abs_upper()))
     growth, total = arb(1), arb(0)
-    for grown, added in steps:
-        growth, total = (growth * grown).upper(), (total * grown + added).upper()
+    for grown, _, added, jump in steps:
+        growth, total = (growth * grown).upper(), (total * grown + added + jump).upper()
     if not growth < 1:
         raise UnprovenError("a steady motion that is stable")
     distance = most = at_start = (total / (1 - growth)).upper()
-    for grown, added in steps:
-        distance = (distance * grown + added).upper()
-        most = most.max(distance)
+    for grown, peak, added, jump in steps:
+        most = most.max((distance * peak + added).upper())
+        distance = (distance * grown + added + jump).upper()
     return most, at_start
 
 

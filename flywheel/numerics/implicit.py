@@ -14,7 +14,7 @@ import flint
 import numpy as np
 from flint import arb, arb_mat, arb_series
 
-from flywheel.numerics.balls import UnprovenError, ball, coefficient, first
+from flywheel.numerics.balls import UnprovenError, ball, coefficient, first, key
 from flywheel.numerics.jets import Jet
 
 _BOX = 1e-10  # least half width of a box in which a solution is searched for
@@ -69,7 +69,8 @@ class Implicit:
         near: Callable[[float], Sequence[float]],
     ) -> None:
         self._of_jets, self._both, self._near = of_jets, both, lru_cache(maxsize=_MOST_PLACES)(near)
-        self._anchors: dict[tuple[float, int], tuple[Sequence[Any], list[Any]]] = {}
+        self._anchors: dict[Any, list[Any]] = {}
+        self._last: tuple[Any, Solution] | None = None
 
     def __call__(self, x: Any, *numbers: Any) -> list[Any]:
         """All unknowns, then their first and then their second derivatives."""
@@ -88,7 +89,10 @@ class Implicit:
         return [Jet(row, slope) for row, slope in zip(rows, slopes, strict=False)]
 
     def _solution(self, at: Any, numbers: Sequence[Any], order: int) -> Solution:
-        """The unknowns about x to an order."""
+        """The unknowns about x to an order; those of the last call are kept."""
+        place = (order, flint.ctx.prec, *map(key, (at, *numbers)))
+        if self._last is not None and self._last[0] == place:
+            return self._last[1]
         box, rows = self._enclosed(at, at.mid(), numbers)
         if not at.rad() < _ROUNDED:
             anchors = (self._anchor(float(place), numbers) for place in (at.lower(), at.mid(), at.upper()))
@@ -110,7 +114,8 @@ class Implicit:
                     moved.append(-inverse * sum(map(operator.mul, slopes, reversed(moved)), sides))
                 for row, entries in zip(coefficients, zip(*(each.entries() for each in moved), strict=True), strict=True):
                     row += entries
-        return Solution(at, coefficients, inverse)
+        self._last = place, Solution(at, coefficients, inverse)
+        return self._last[1]
 
     def _slopes(self, solution: Solution, numbers: Sequence[Any], plain: Sequence[Any], order: int) -> list[list[Any]]:
         """Taylor coefficients of the slopes of the unknowns by a number at a given x."""
@@ -133,11 +138,11 @@ class Implicit:
 
     def _anchor(self, place: float, numbers: Sequence[Any]) -> list[Any]:
         """Balls of the solution near its approximation at a float, and at all that is rounded to it."""
-        known = self._anchors.get((place, flint.ctx.prec))
-        if known is None or not all(own is other for own, other in zip(known[0], numbers, strict=True)):
+        known = (place, flint.ctx.prec, *map(key, numbers))
+        if known not in self._anchors:
             wide = arb(place, _ROUNDED * max(abs(place), 1.0))
-            known = self._anchors[place, flint.ctx.prec] = numbers, self._enclosed(wide, arb(place), numbers)[1]
-        return known[1]
+            self._anchors[known] = self._enclosed(wide, arb(place), numbers)[1]
+        return self._anchors[known]
 
     def _enclosed(self, at: Any, middle: Any, numbers: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """A box with one solution for each x of a ball, and balls of these."""

@@ -3,9 +3,10 @@
 The programs of a recorded machine are evaluated over balls and power series of them (`flywheel.numerics.balls`), which
 enclose the true values; `flywheel.sizing.proof` makes proven figures of them.
 
-Where torques depend on speed, or meshes have losses, the motion solves dE/dphi = F(phi, E) for the kinetic energy E. Losses
-make F of pieces: one for each choice of the sides of meshes that drive. In a cell, that choice is proven; but where a mesh
-changes its side, in a very narrow cell about that angle, F lies between its values for all choices that are possible.
+Where torques depend on speed, or meshes have losses, the motion solves dE/dphi = M(phi, E) for the kinetic energy E, M
+without what meshes lose. Losses make M of pieces: one for each choice of the sides of meshes that drive. In a cell, that
+choice is proven; but where a mesh changes its side, in a very narrow cell about that angle, M lies between its values for
+all choices that are possible.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
 from flywheel.numerics.implicit import Implicit
 
-PRECISIONS = ((80, 20, 1e-17), (112, 22, 1e-22), (192, 32, 1e-34))
+PRECISIONS = ((80, 20, 1e-17), (128, 24, 1e-25), (192, 32, 1e-34))
 """Bits, order of the polynomials, what cells leave open; the first is too low for most motions."""
 
 ROWS = (0, 2, 3)  # of the outputs of a walk: I*, M* and the unknown's share of it
@@ -37,8 +38,11 @@ _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # row
 _PLACES = 8  # of the cycle, for the sizes of its functions
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 450  # of a motion: more would take several hundred times as long as a sizing
-_OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its energy
+_OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its v
+_RANGE = 1e-14  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
+_NEWTON = 2  # steps towards both
+_BRACKET = 4.0  # half the width of a bracket over what a motion in its middle leaves open
 _MISSED = 1e-6  # of a step by that effect: what it may miss
 _WIDER, _MOST_WIDER = (
     30,
@@ -158,8 +162,7 @@ def cells_of(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], or
         for k in range(places):
             at = balls.exact(float(low) + length * (k + 0.5) / places)
             scales = np.maximum(scales, [abs(float(balls.ball(value))) for value in function(at)])
-    errors = [left * (scale or 1.0) for scale in scales.tolist()]
-    return balls.models(functions, edges, order, errors)
+    return balls.models(functions, edges, order, [scale or 1.0 for scale in scales.tolist()], left)
 
 
 def works_of(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
@@ -227,11 +230,11 @@ def unevenness(sums: Any, eps: Any, per_square: Any, left: float) -> Any:
 
 
 class _Law(NamedTuple):
-    """F of the energy about a place, or all over a cell, from what position alone gives there.
+    """dE/dphi about a place, or all over a cell, from what position alone gives there.
 
     `late` gives the rows of every stage (`_SMOOTH`) from `known`, the speed and the unknown; `inertia` is I*. `outwards`
-    says of each mesh whether power passes outwards; None where one changes its side in the cell: then F is a ball all over
-    it, and `span` the ball of all distances from its middle.
+    says of each mesh whether power passes outwards; None where one changes its side in the cell: then the law is a ball all
+    over it, and `span` the ball of all distances from its middle.
     """
 
     stages: tuple[Stage, ...]
@@ -242,21 +245,22 @@ class _Law(NamedTuple):
     span: Any
 
     def rates(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any, Any]:
-        """F, dF/dE and dF/du at an energy (J), with a flywheel (kg m² at the crank) and a value of the unknown."""
+        """dE/dphi (N m), and its slopes by E and by the unknown, with a flywheel (kg m² at the crank)."""
         energy = balls.over(energy, self.span) if self.outwards is None else energy
-        by_energy, (moments, by_speed, by_unknown, inertias, slopes), bare = self._moments(energy, wheel, unknown)
+        speed, (moments, by_speed, by_unknown, inertias, slopes), bare = self._moments(energy, wheel, unknown)
         if len(self.stages) == 1:
-            return moments[0], by_speed[0] * by_energy, by_unknown[0]
-        speed = 1 / (by_energy * (self.inertia + wheel))
-        steep = [slope * speed - change for slope, change in zip(slopes, by_speed, strict=True)]
-        possible = [self._factors(self.outwards)] if self.outwards is not None else self._possible(inertias, bare)
+            (moment,), (steep,), (of_unknown,) = moments, by_speed, by_unknown
+        else:
+            curved = [slope * speed - change for slope, change in zip(slopes, by_speed, strict=True)]
+            possible = [self._factors(self.outwards)] if self.outwards is not None else self._possible(inertias, bare)
 
-        def less_lost(kept: Sequence[Any], rest: Sequence[Any]) -> Any:
-            """A sum over all stages without what meshes lose of it, for all possible sides."""
-            return balls.hull(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
+            def less_lost(kept: Sequence[Any], rest: Sequence[Any]) -> Any:
+                """A sum over all stages without what meshes lose of it, for all possible sides."""
+                return balls.hull(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
 
-        of_unknown = less_lost(by_unknown, [-each for each in by_unknown])
-        return less_lost(moments, bare), less_lost(by_speed, steep) * by_energy, of_unknown
+            of_unknown = less_lost(by_unknown, [-each for each in by_unknown])
+            moment, steep = less_lost(moments, bare), less_lost(by_speed, curved)
+        return moment, steep / (speed * (self.inertia + wheel)), of_unknown
 
     def passed(self, energy: Any, wheel: Any, unknown: Any) -> Sequence[Any]:
         """The moment (N m, at the crank) that passes outwards through each mesh with losses."""
@@ -270,17 +274,17 @@ class _Law(NamedTuple):
         return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
 
     def _moments(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any]]:
-        """domega/dE; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each.
+        """The speed; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each.
 
         Of a single stage, I* and its slope are not among the rows: nothing is lost there.
         """
-        total = self.inertia + wheel
-        speed = (2 * energy / total).sqrt()
+        v = energy / (self.inertia + wheel)
+        speed = (2 * v).sqrt()
         rows = self.late(*self.known, speed, unknown)
         moments, by_speed, by_unknown, inertias, slopes = (list(rows[k :: len(_SMOOTH)]) for k in range(len(_SMOOTH)))
         inertias = [own + wheel * stage.carries_flywheel for stage, own in zip(self.stages, inertias, strict=False)]
-        bare = [slope * energy / total - moment for slope, moment in zip(slopes, moments, strict=False)]
-        return 1 / (total * speed), [moments, by_speed, by_unknown, inertias, slopes], bare
+        bare = [slope * v - moment for slope, moment in zip(slopes, moments, strict=False)]
+        return speed, [moments, by_speed, by_unknown, inertias, slopes], bare
 
     def _factors(self, outwards: tuple[bool, ...]) -> tuple[Any, ...]:
         """The factors K of all parts (see `flywheel.machine.equation`)."""
@@ -312,14 +316,10 @@ class _Stretch(NamedTuple):
     early: Callable[..., Any]
     late: Callable[..., Any]
 
-    def laws(self, cell: Model, stages: tuple[Stage, ...], columns: Sequence[Any]) -> list[_Law]:
+    def laws(self, cell: Model, stages: tuple[Stage, ...], known: Callable[..., Any]) -> list[_Law]:
         """The law about the middle of a cell, and about every place of it."""
-        centres = (cell.middle, cell.low.union(cell.high))
-        about = [
-            _Law(stages, self.inertia(phi, *columns)[0], self.early(phi, *columns), self.late, self.outwards, cell.span)
-            for phi in map(balls.variable, centres)
-        ]
-        return [about[1].all_over()] * 2 if self.outwards is None else about
+        places = (known(self, balls.variable(centre)) for centre in (cell.middle, cell.low.union(cell.high)))
+        return [_Law(stages, inertia, early, self.late, self.outwards, cell.span) for inertia, early in places]
 
 
 def _stretches(
@@ -340,14 +340,10 @@ def _stretches(
 
 
 class Speeds(NamedTuple):
-    """The greatest and the least speed of a motion, and the sign of the unknown's effect on it (0: both).
-
-    `start` is the ball of the kinetic energy at the beginning of the cycle, J.
-    """
+    """The greatest and the least speed of a motion; `start` is the ball of E at the beginning of the cycle."""
 
     fast: Any
     slow: Any
-    effect: int
     start: Any
 
     @property
@@ -366,14 +362,13 @@ class Speeds(NamedTuple):
 
 
 class Motions:
-    """Steady motions of a machine with any flywheel and balance, as solutions of dE/dphi = F(phi, E)."""
+    """Steady motions of a machine with any flywheel and balance."""
 
     def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
         self._near, self._order, self._left = near, order, left
-        self._polynomials: tuple[Any, ...] = ()  # of the last motion
         self._unknown = balls.exact(near.unknown)
         self._per_unknown: tuple[Any, Any] | None = None  # effect of the unknown on the speed and on the irregularity
-        self.between: list[Any] = []  # energies at the start of the motions on both sides of what is wanted, J
+        self.between: list[Any] = []  # E at the start of the motions on both sides of what is wanted
         assert structure.efficiencies is not None
         efficiencies = over_balls(structure.efficiencies)(rational(0, 1), *columns)
         stages = tuple(
@@ -382,99 +377,136 @@ class Motions:
         edges = edges_of(structure, columns)
         reach = balls.exact(_AT_SWITCH * max(near.irregularity, _LEAST_UNEVEN) ** 0.5)
         stretches = list(_stretches(structure.walks, edges, near, len(stages), reach))
-        self._first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
         speed = balls.exact(near.omega)
+        first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
+        value = ((first + balls.exact(near.wheel)) * speed**2 / 2).mid()
+        self._allowed = _OPEN_MOTION * left * float(value)  # the part of E that a motion may leave open
+
+        places: dict[Any, tuple[Any, Any]] = {}
+
+        def known(stretch: _Stretch, phi: Any) -> tuple[Any, Any]:
+            """I* and what else position alone gives about a place, calculated once."""
+            place = (balls.key(stretch.low), balls.key(balls.first(phi)), isinstance(phi, type(first)))
+            if place not in places:
+                places[place] = stretch.inertia(phi, *columns)[0], stretch.early(phi, *columns)
+            return places[place]
 
         def rows(stretch: _Stretch, phi: Any) -> Any:
-            moments = stretch.late(*stretch.early(phi, *columns), speed, self._unknown)[:: len(_SMOOTH)]
-            return (*stretch.inertia(phi, *columns)[:1], sum(moments))
+            inertia, early = known(stretch, phi)
+            return inertia, sum(stretch.late(*early, speed, self._unknown)[:: len(_SMOOTH)])
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
         lows = [float(each.low) for each in stretches]
         pieces = [sum(low <= float(cell.middle) for low in lows) - 1 for cell in cells]
-        self._cells, self._laws = list[Model](), list[list[_Law]]()
-        todo, value = [*zip(cells, pieces, strict=True)][::-1], self._start(balls.exact(near.wheel)).mid()
+        self._cells, self._laws, self._polynomials = list[Model](), list[list[_Law]](), list[Any]()
+        self._inertias = list[tuple[Any, Any]]()  # I* about the middle of each cell, and about every place of it
+        todo = [*zip(cells, pieces, strict=True)][::-1]
         while todo:
             cell, k = todo.pop()
-            laws = stretches[k].laws(cell, stages, columns)
-            end = self._end(cell, laws, value)
-            if (
-                end is None and cell.high - cell.low < reach and laws[0].outwards
-            ):  # a mesh changes its side where a piece begins or ends
-                laws = stretches[k]._replace(outwards=None).laws(cell, stages, columns)
-                end = self._end(cell, laws, value)
-            if end is None and cell.high - cell.low < reach:
+            laws = stretches[k].laws(cell, stages, known)
+            inertias = laws[0].inertia, laws[1].inertia
+            narrow = cell.high - cell.low < reach
+            if laws[0].outwards is None:
+                laws = [laws[1].all_over()] * 2
+            own = self._followed(cell, laws, value)
+            if own is None and narrow and laws[0].outwards:  # a mesh changes its side where a piece begins or ends
+                laws = [laws[1].all_over()._replace(outwards=None)] * 2
+                own = self._followed(cell, laws, value)
+            if own is None and narrow:
                 raise UnprovenError(f"the motion at {float(cell.middle):.6g} rad")
-            if end is None:
+            if own is None:
                 todo += [(half, k) for half in reversed(balls.halves(functions[k], cell, order))]
             else:
                 self._cells.append(cell)
                 self._laws.append(laws)
-                value = end
+                self._polynomials.append(own)
+                self._inertias.append(inertias)
+                value = own(cell.high - cell.middle).mid()
             if len(self._cells) + len(todo) > _MOST_CELLS:
                 raise UnprovenError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
         sums = Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
         self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
+        self._tubes: tuple[Any, ...] = ()
+        self._ranges = (balls.exact(0), balls.exact(0))
+        self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
-    def _end(self, cell: Model, laws: Sequence[_Law], value: Any) -> Any:
-        """The energy (J) at the end of a cell on the motion near, from that at its beginning; None if the cell is too wide.
+    def _followed(self, cell: Model, laws: Sequence[_Law], value: Any) -> Any:
+        """The polynomial of E in a cell on the motion near, from E at its low end; None if the cell is too wide.
 
         It is where polynomials miss the motion by more than they may, or where the sides of meshes are not proven.
         """
-        wheel, unknown, most = balls.exact(self._near.wheel), self._unknown, _DEFECT * self._allowed(value)
-        place = self._place(cell, laws, wheel, unknown)
+        most, numbers = _DEFECT * self._allowed, (balls.exact(self._near.wheel), self._unknown)
+        place = self._place(cell, laws, numbers, numbers)
         try:
-            own, _ = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
+            own = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
             exact = laws[0].outwards is not None
             if exact and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
                 return None
             if laws[0].outwards:
-                self._check_sides(place, own, laws, wheel, unknown)
+                self._check_sides(place, own, laws, *numbers)
         except (ArithmeticError, ValueError):  # UnprovenError is one
             return None
-        return own(cell.high - cell.middle).mid()
+        return own
 
-    def _allowed(self, energy: Any) -> float:
-        """The part of an energy (J) that a motion may leave open."""
-        return _OPEN_MOTION * self._left * abs(float(energy))
+    def _place(self, cell: Model, laws: Sequence[_Law], at: tuple[Any, Any], ranges: tuple[Any, Any]) -> balls.Place:
+        """The laws in a cell with a flywheel and a value of the unknown, and with all in ranges of them."""
 
-    def _start(self, wheel: Any) -> Any:
-        """The kinetic energy (J) of the motion near, with a flywheel, where the cycle begins."""
-        return (self._first + wheel) * balls.exact(self._near.omega) ** 2 / 2
+        def rates(law: _Law, numbers: tuple[Any, Any]) -> Callable[[Any], Any]:
+            return lambda energy: law.rates(energy, *numbers)
 
-    def _place(self, cell: Model, laws: Sequence[_Law], wheel: Any, unknown: Any) -> balls.Place:
-        def rate(law: _Law) -> Callable[[Any], Any]:
-            return lambda energy: law.rates(energy, wheel, unknown)[:2]
+        about, all_over = laws
+        return balls.Place(cell.low, cell.high, cell.middle, rates(about, at), rates(about, ranges), rates(all_over, ranges))
 
-        return balls.Place(cell.low, cell.high, cell.middle, *map(rate, laws))
+    def _places(self, wheel: Any, unknown: Any) -> list[balls.Place]:
+        both = zip(self._cells, self._laws, strict=True)
+        return [self._place(*each, (wheel, unknown), self._ranges) for each in both]
+
+    def near(self, wheel: Any, unknown: Any) -> Speeds:
+        """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown, not proven."""
+        places = self._places(wheel, unknown)
+        polynomials, _ = balls.approached(places, self._order, _DEFECT * self._allowed, self._polynomials)
+        self._polynomials = list(polynomials)
+        return self._speeds(wheel, balls.exact(0), balls.exact(0))
 
     def at(self, wheel: Any, unknown: Any) -> Speeds:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
-        omega, start = balls.exact(self._near.omega), self._start(wheel)
-        places = [self._place(*each, wheel, unknown) for each in zip(self._cells, self._laws, strict=True)]
-        orbit = balls.periodic(places, start, self._order, self._allowed(start), self._polynomials)
-        self._polynomials = orbit.polynomials
-        open_by = orbit.reach.union(-orbit.reach)
-        steps = []
-        for cell, energy, laws in zip(places, orbit.polynomials, self._laws, strict=True):
-            if laws[0].outwards:
-                self._check_sides(cell, energy + open_by, laws, wheel, unknown)
-            all_over = laws[1].all_over().rates(energy(cell.span) + open_by, wheel, unknown)
-            _, by_energy, by_unknown = map(balls.ball, all_over)
-            steps.append((cell.high - cell.low, by_unknown, by_energy))
-        effect = balls.one_way(steps)
-        sums = Sums(self._cells, [(energy, energy.derivative()) for energy in orbit.polynomials])
-        slope = self.bounds[0].union(self.bounds[1]) + wheel
+        numbers, sizes = (wheel, unknown), (abs(wheel), max(abs(unknown), balls.exact(self._effort)))
+        if not (self._tubes and all(wide.contains(own) for wide, own in zip(self._ranges, numbers, strict=True))):
+            reaches = (_RANGE * size + _BRACKET * own.rad() for own, size in zip(numbers, sizes, strict=True))
+            low, high = (balls.around(own.mid(), reach) for own, reach in zip(numbers, reaches, strict=True))
+            self._ranges, self._tubes = (low, high), ()
+        places = self._places(wheel, unknown)
+        orbit = balls.periodic(places, self._order, self._allowed, self._polynomials, self._tubes)
+        if orbit.tubes is not self._tubes:
+            self._tubes = orbit.tubes
+            for place, tube, laws in zip(places, orbit.tubes, self._laws, strict=True):
+                if laws[0].outwards:
+                    self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, *self._ranges)
+            of_unknown = [(cell.high - cell.low, *tube.rates[:0:-1]) for cell, tube in zip(places, orbit.tubes, strict=True)]
+            self.effect = balls.one_way(of_unknown)
+        self._polynomials = list(orbit.polynomials)
+        return self._speeds(wheel, orbit.reach, orbit.start)
+
+    def _speeds(self, wheel: Any, reach: Any, start: Any) -> Speeds:
+        """The extreme speeds of motions with a flywheel no farther from the polynomials than a reach."""
+        motions = [
+            (own + balls.around(0, reach)) * balls.enclosing(1 / (about + wheel), 1 / (all_over + wheel), self._order)
+            for own, (about, all_over) in zip(self._polynomials, self._inertias, strict=True)
+        ]
+        total = self.bounds[0] + wheel
+        size = self._near.omega**2 / 2
+        least = _LOOSE * self._left * size + _BRACKET * float((reach + size * wheel.rad()) / total)
 
         def extreme(sign: int) -> Any:
-            def gap(square: Any) -> Any:
-                return sign * (sums.greatest(1, -square, self._left, sign) + open_by) - square * wheel
+            curves = (
+                balls.Curve(cell.low - cell.middle, cell.high - cell.middle, sign * own, sign * own.derivative())
+                for cell, own in zip(self._cells, motions, strict=True)
+            )
+            return (2 * sign * balls.greatest(curves, least)).sqrt()
 
-            return (2 * balls.falling_zero(gap, slope, omega**2 / 2)).sqrt()
-
-        return Speeds(extreme(1), extreme(-1), effect, orbit.start)
+        return Speeds(extreme(1), extreme(-1), start)
 
     def _check_sides(self, cell: balls.Place, energy: Any, laws: Sequence[_Law], wheel: Any, unknown: Any) -> None:
         """Refuses a motion in which power passes through a mesh the other way somewhere in a cell."""
@@ -486,25 +518,28 @@ class Motions:
             curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, tau, tau.derivative())
             if all(term.is_zero() for term in tau.coeffs()):  # an idle mesh loses nothing either way
                 continue
-            if not balls.greatest([curve], _SIDE * abs(float(tau(0).mid()))) < 0:
+            if not balls.greatest([curve], _SIDE * abs(float(tau(0).mid())) + _LOOSE * float(tau(0).rad())) < 0:
                 raise UnprovenError(f"which side of a mesh with losses drives at {float(cell.middle):.6g} rad")
+
+    def _slopes(self, wheel: Any) -> tuple[Any, Any]:
+        """Effects of a unit of the unknown on the speed and on the irregularity, near the last motion."""
+        if self._per_unknown is None:
+            step = balls.exact(_SECANT * max(abs(self._near.unknown), self._effort))
+            here = self.near(wheel, self._unknown)
+            self._per_unknown = self.near(wheel, self._unknown + step).growth(here, step)
+            if self._per_unknown[0].is_zero():
+                raise UnprovenError("the effect of the balance on the speed")
+        return self._per_unknown
 
     def balance(self, wheel: Any, speed: Any) -> Any:
         """The ball of the unknown with which a motion has a speed, near that of the last motion."""
-        here, size = self._unknown, max(abs(self._near.unknown), self._effort)
-        found = self.at(wheel, here)
-        if self._per_unknown is None:
-            step = balls.exact(_SECANT * size)
-            self._per_unknown = self.at(wheel, here + step).growth(found, step)
-        slope = self._per_unknown[0]
-        if slope.is_zero():
-            raise UnprovenError("the effect of the balance on the speed")
-        rest = (speed - found.level) / slope
-        self._unknown = (here + rest).mid()
-        apart = (4 * rest.rad() + _MISSED * abs(rest) + self._left * size).upper()
+        slope = self._slopes(wheel)[0]
+        rest = (speed - self.at(wheel, self._unknown).level) / slope
+        self._unknown = (self._unknown + rest).mid()
+        apart = (_BRACKET * (rest.rad() + self._left * speed / abs(slope)) + _MISSED * abs(rest)).upper()
         for _ in range(_MOST_WIDER):
-            sides = [self.at(wheel, self._unknown + side * found.effect * apart) for side in (-1, 1)]
-            if found.effect and sides[0].level < speed < sides[1].level:
+            sides = [self.at(wheel, self._unknown + side * self.effect * apart) for side in (-1, 1)]
+            if self.effect and sides[0].level < speed < sides[1].level:
                 self.between = [each.start for each in sides]
                 return balls.around(self._unknown, apart)
             apart *= _WIDER
@@ -517,21 +552,26 @@ class Motions:
             return self.at(wheel, self.balance(wheel, *speeds) if speeds else rational(0, 1))
 
         wheel = balls.exact(self._near.wheel)
-        here, step = motion(wheel), (wheel * balls.exact(_SECANT)).mid()
-        level, uneven = self.at(wheel + step, self._unknown).growth(here, step)
-        if self._per_unknown is not None:  # the unknown follows the flywheel
-            share = level / self._per_unknown[0]
-            uneven -= share * self._per_unknown[1]
-        step = ((asked - here.irregularity) / uneven).mid()
-        if self._per_unknown is not None:
-            self._unknown = (self._unknown - share * step).mid()
-        wheel = (wheel + step).mid()
-        rest = (asked - motion(wheel).irregularity) / uneven
-        apart = (4 * abs(rest) + self._left * wheel).upper()
+        of_level, of_uneven = self._slopes(wheel) if speeds else (rational(1, 1), rational(0, 1))
+        here, step = self.near(wheel, self._unknown), (wheel * balls.exact(_SECANT)).mid()
+        level, uneven = self.near(wheel + step, self._unknown).growth(here, step)
+        share = level / of_level if speeds else rational(0, 1)
+        uneven -= share * of_uneven  # the unknown follows the flywheel
+        for _ in range(_NEWTON):
+            change = (speeds[0] - here.level) / of_level if speeds else rational(0, 1)
+            rest = (asked - here.irregularity - of_uneven * change) / uneven
+            self._unknown, wheel = (self._unknown + change - share * rest).mid(), (wheel + rest).mid()
+            here = self.near(wheel, self._unknown)
+        rest = abs(asked - self.at(wheel, self._unknown).irregularity)
+        apart = (_BRACKET**2 * (rest + self._left) / uneven).abs_upper()
         for _ in range(_MOST_WIDER):
-            sides = [motion(light := wheel - apart), motion(heavy := wheel + apart)]
+            sides, unknown = list[Speeds](), self._unknown
+            for side in (-1, 1):
+                self._unknown = (unknown - side * share * apart).mid()
+                sides.append(motion(wheel + side * apart))
+            self._unknown = unknown
             if sides[0].irregularity > asked > sides[1].irregularity:
                 self.between = [each.start for each in sides]
-                return light.union(heavy)
+                return balls.around(wheel, apart)
             apart *= _WIDER
         raise UnprovenError("that the irregularity is the required one with a flywheel near")

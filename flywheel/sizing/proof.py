@@ -604,10 +604,10 @@ def _moving(
     sides = motions.between
     unknown = motions.balance(wheel, *speeds) if speeds else zero
     found = motions.at(wheel, unknown)
-    if not all(found.start.contains(start) for start in (*sides, *motions.between)):
+    if not all(found.start.contains(start) for start in (*sides, *motions.between)) or (speeds and not motions.effect):
         raise UnprovenError("that the motions on both sides belong to one")
     figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
-    figures |= {"speed": found.level} | ({"balance.value": unknown} if speeds else {})
+    figures |= {"speed": speeds[0], "balance.value": unknown} if speeds else {"speed": found.level}
     if asked is None or near.wheel == 0.0:
         figures |= {"simulation.irregularity": found.irregularity}
         figures |= {"simulation.speed_max": found.fast, "simulation.speed_min": found.slow}

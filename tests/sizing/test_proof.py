@@ -455,7 +455,7 @@ def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
         return [value, 2 * (2 * phi).cos() + phi.cos() * flint.arb("1e-10")]
 
     with balls.precision(96, 14):
-        cells = balls.models([lobes], [flint.arb(0), flint.arb.pi() * 2], 14, [1e-20, 1e-20])
+        cells = balls.models([lobes], [flint.arb(0), flint.arb.pi() * 2], 14, [1.0, 1.0], 1e-20)
         curves = [balls.Curve(c.low - c.middle, c.high - c.middle, *c.polynomials) for c in cells]
         low, high = balls.ends(balls.greatest(curves, 1e-18))
     lowest = 1.0 + 1e-10 * math.sin(math.pi / 4)  # the other lobe is as much below 1
@@ -467,7 +467,7 @@ def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
 def test_a_function_that_is_not_smooth_is_refused() -> None:
     flint = extra("flint")
     with balls.precision(96, 14), pytest.raises(balls.UnprovenError, match="not smooth"):
-        balls.models([lambda phi: [(phi * phi).sqrt()]], [flint.arb(-1), flint.arb(1)], 14, [1e-20])
+        balls.models([lambda phi: [(phi * phi).sqrt()]], [flint.arb(-1), flint.arb(1)], 14, [1.0], 1e-20)
 
 
 @pytest.mark.parametrize("value", [0.5000000000000001, 1 / 3, math.sqrt(2), math.inf])
@@ -696,10 +696,10 @@ def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: 
         edges = [arb(k) * 2 * arb.pi() / cells for k in range(cells + 1)]
         middles = [((low + high) / 2).mid() for low, high in pairwise(edges)]
         places = [
-            balls.Place(low, high, middle, law(middle), law(low.union(high)))
+            balls.Place(low, high, middle, law(middle), law(middle), law(low.union(high)))
             for (low, high), middle in zip(pairwise(edges), middles, strict=True)
         ]
-        orbit = balls.periodic(places, arb(0), order, 1e-12)
+        orbit = balls.periodic(places, order, 1e-12, [balls.line(0, 0)] * cells)
         off = arb(0)
         for place, energy in zip(places, orbit.polynomials, strict=True):
             for share in (-0.9, -0.4, 0.0, 0.7):
