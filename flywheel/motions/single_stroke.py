@@ -433,7 +433,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
     if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
         coarse = temperature(strokes, driving_sides(strokes, tight.phases), 5)
-        error["temperature"] += abs(tight.figures["temperature"] - (coarse or 0.0))
+        error["temperature"] += abs(tight.figures["temperature"] - (0.0 if coarse is None else coarse.greatest))
     if _MOTOR_TORQUE in tight.shares:
         error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
     return error
@@ -497,7 +497,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
     speeds, slowest = speed_extremes(sides)
     slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
     drive = drive_load(strokes, sides, phases.period)
-    point = servo_load(strokes, phases)
+    point, warmth = servo_load(strokes, phases), temperature(strokes, sides)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
     return {
@@ -528,7 +528,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
         **{f"servo_{name}": None if point is None else getattr(point, name) for name in _SERVO},
         "inverter_current": fed[0],
         "power_returned": fed[1],
-        "temperature": temperature(strokes, sides),
+        "temperature": None if warmth is None else warmth.greatest,
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
 

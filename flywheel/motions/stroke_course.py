@@ -17,7 +17,7 @@ from flywheel.machine.dynamics import NODES, Trail
 from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics.cells import ROUNDING, Array, Index
 from flywheel.sizing.drive import share_of_peak
-from flywheel.sizing.results import Trip
+from flywheel.sizing.results import Temperature, Trip
 
 __all__ = [
     "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque", "driven_inertia",
@@ -330,8 +330,8 @@ def servo_load(strokes: Strokes, phases: Phases) -> ServoLoad | None:
     return ServoLoad(mean, rms, limit, rms / limit, float(motor.torque(there)), there, angle, share, inertia, off)
 
 
-def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float | None:
-    """The greatest rise (K) of the motor's windings over an endless series of strokes; None without `thermal`.
+def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> Temperature | None:
+    """Rise of the motor's windings over an endless series of strokes, its error left at 0; None without `thermal`.
 
     The losses are taken as constant about each node of Gauss' rule, or about a group of `together` nodes.
     """
@@ -341,4 +341,5 @@ def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> float
     speeds, weights = _gauss(sides, motor_ratio(strokes))
     heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
     times = weights.reshape(-1, together).sum(axis=1)
-    return rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist())).greatest
+    rises = rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist()))
+    return Temperature(rises.greatest, rises.time, motor.thermal.limit, 0.0)

@@ -14,7 +14,7 @@ from flywheel.components.press_work import engage
 from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.motions.single_stroke import BY_KEY, SingleStroke, exceeds, load_limits, rate_limit, share_name
-from flywheel.motions.stroke_course import driven_inertia, driving_inertia, servo_load
+from flywheel.motions.stroke_course import driven_inertia, driving_inertia, driving_sides, servo_load, temperature
 from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import Quantity
@@ -645,7 +645,8 @@ def _drive(result: SingleStroke) -> Section:
     title = _("Energy balance of a period; every law is integrated independently of the stepping")
     point = servo_load(result.strokes, result.phases)
     servo = () if point is None else _servo(point)
-    return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms, *servo))
+    warmth = _windings(temperature(result.strokes, driving_sides(result.strokes, result.phases)))
+    return Section(_("Power and energy"), (Table(title, (_("energy"), _("value")), rows), power, rms, *servo, *warmth))
 
 
 def _loads(result: SingleStroke) -> Section:

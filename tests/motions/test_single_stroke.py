@@ -470,6 +470,11 @@ def test_windings_warm_up_by_the_losses_of_strokes_without_end(constant):
     assert found.temperature == pytest.approx(rise.max(), rel=1e-4)
     if constant > 1.0:
         assert found.temperature == pytest.approx(80.0 * share, rel=1e-3)
+        parts = [
+            part for section in contents.worked(found).parts for part in section.parts if isinstance(part, document.Step)
+        ]
+        (step,) = (part for part in parts if part.result is not None and part.result.symbol == "theta_max")
+        assert step.result.value == found.temperature
     assert found.shares["motor temperature"] == pytest.approx(found.temperature / 105.0)
 
 
