@@ -188,7 +188,8 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
     search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
     if inertia == 0.0 and search.weightless():
         return search.vanishing(other.solved.state.unknown, other)
-    return search.even(inertia, other.solved.state.unknown) or _checked(search.from_another(other))
+    even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
+    return even or _checked(search.from_another(other))
 
 
 def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array, own: Array, rtol: float) -> OwnMotion:

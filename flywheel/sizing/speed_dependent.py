@@ -259,8 +259,11 @@ def _inertialess_regime(
 # -- the motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
-    """The motion with the given flywheel, with the needed one, or with none if none is needed."""
+def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float, *, briefly: bool = False) -> OwnMotion:
+    """The motion with the given flywheel, with the needed one, or with none if none is needed.
+
+    briefly: true to look for a needed one by direct methods alone, and to raise their error if they fail.
+    """
     scene, speed = machine.scene, figures.speed
     mean = speed if scene.unknown is not None else None
 
@@ -295,11 +298,13 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     if damped and (alone := without(directly=True)) is not None and not _unstable(alone):
         return alone
     try:
-        motion = solved(None, guess, directly=not damped)
-        motion = solved(None, guess) if _unstable(motion) else motion
+        motion = solved(None, guess, directly=briefly or not damped)
+        motion = solved(None, guess) if _unstable(motion) and not briefly else motion
     except (NoRegimeError, BudgetError):  # of machines as even as asked without a flywheel none is found: these come first
         if not damped and (alone := without(directly=True)) is not None and not _unstable(alone):
             return alone
+        if briefly:
+            raise
         try:
             motion = solved(None, guess)
         except (NoRegimeError, BudgetError) as error:
@@ -309,8 +314,10 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     if motion.inertia > 0.0:
         return motion
     try:
-        return solved(0.0, 0.0)
+        return solved(0.0, 0.0, directly=briefly)
     except (NoRegimeError, BudgetError) as error:
+        if briefly:
+            raise
         raise refused(0.0, 0.0, error) from None
 
 
@@ -321,17 +328,20 @@ def _unstable(motion: OwnMotion) -> bool:
 
 def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> limits.Smallest:
     """The motion with the smallest flywheel that keeps a scene's limits, if heavier ones may break them."""
-    sized, refused = None, None
-    try:
-        sized = None if machine.scene.irregularity is None else _motion(machine, figures, unknown, rtol)
-    except SceneError as error:
-        refused = error
+    sized = None
+    if machine.scene.irregularity is not None:
+        try:
+            sized = _motion(machine, figures, unknown, rtol, briefly=bool(of_motor(machine.scene)))
+        except (NoRegimeError, SceneError):  # the search finds where the irregularity is kept
+            sized = None
     sized = None if sized is None or _unstable(sized) else sized
     try:
         return limits.smallest(machine, figures, unknown, rtol, sized)
     except NoRegimeError as error:
+        if machine.scene.irregularity is not None:
+            _motion(machine, figures, unknown, rtol)  # whose refusal names the reason
         fault = _fault(machine, figures.speed, None, figures.scale, unknown, Finding(figures.scale, error=error))
-        raise refused or SceneError([fault._replace(path="flywheel.limits")]) from None
+        raise SceneError([fault._replace(path="flywheel.limits")]) from None
 
 
 def _fault(machine: Machine, speed: float, size: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
