@@ -124,13 +124,10 @@ class Auditor:
             value = self.law(name, into * flow)
             return ((value if self.graph.is_curve(name) else value * into * flow) - effort) * flow
         stored = self.state.get(f"{'p' if element.kind == 'I' else 'q'}_{name}")
-        if stored is None or any(self._follows(other) for other in self.graph.coupled(name)):
+        if stored is None or any(not {f"p_{n}", f"q_{n}"}.intersection(self.state) for n in self.graph.coupled(name)):
             return np.zeros(self.shape)  # a follower, or one of its field: the energy over the run tells
         value = stored / self.graph.constant(name) if linear else self.law(name, stored)
         return (value - into * flow) * effort if element.kind == "I" else (value - effort) * flow
-
-    def _follows(self, store: str) -> bool:
-        return not {f"p_{store}", f"q_{store}"}.intersection(self.state)
 
     def power(self, name: str) -> Array:
         """The power into a one-port."""

@@ -377,7 +377,6 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         bending=frozenset(k for k, p in enumerate(form.followers) if graph.is_curve(p.element.name)),
         weighed=_weighed(form),
         varying=upstream(form, {p.input for p in form.followers}),
-        anchored=graph.motions,
     )
     _check_rates(made)
     return made
@@ -630,7 +629,7 @@ class Dynamics:
     @property
     def anchored(self) -> tuple[str, ...]:
         """The 1-junctions that motions refer to: those whose anchors matter, in the order that `rates` takes them."""
-        return self.tables.anchored
+        return self.graph.motions
 
     @cached_property
     def rates(self) -> Rates:

@@ -225,7 +225,7 @@ class Step:
         self._table: Array | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _kept, (self.method, self.t, self.h, self.state, self.after, self._complete())
+        return Step, (self.method, None, self.t, self.h, self.state, self.after, self._complete())
 
     def shortened(self, h: float) -> Step:
         """The step from the same start over another length, whatever its error."""
@@ -279,11 +279,6 @@ class Step:
             point = tuple(y + sum(w * slope[k] for w, slope in used) for k, y in enumerate(self.state))
             self.slopes = (*self.slopes, tuple(self.rates(self.t + math.fsum(row) * self.h, point)))
         return self.slopes
-
-
-def _kept(method: Method, t: float, h: float, state: State, after: State, slopes: Sequence[State]) -> Step:
-    """A step that has all its slopes."""
-    return Step(method, None, t, h, state, after, slopes)
 
 
 def _series(steps: Sequence[Step]) -> Array:

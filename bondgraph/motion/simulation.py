@@ -723,6 +723,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
     for k, displacement in enumerate(form.displacements, start=dynamics.state.stores):
         start[k] = displacement.initial
     faults, flows, following = [], dict[str, float](), dict[int, tuple[str, float]]()
+    followers = {form.state_name(port): place for place, port in enumerate(form.followers)}
     for name, value in initial.items():
         junction = name.removeprefix("f_")
         state = next((n for n in (name, f"q_{name}") if n in names), None)
@@ -730,8 +731,8 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             faults.append(f"initial {name!r}: found {value!r}, expected a finite number")
         elif state is not None:
             start[names.index(state)] = value
-        elif (place := _follower(dynamics, name)) is not None:
-            following[place] = name, value
+        elif (follower := next((n for n in (name, f"q_{name}") if n in followers), None)) is not None:
+            following[followers[follower]] = name, value
         elif getattr(dynamics.graph.elements.get(junction), "kind", "") == "1" and form.flow_state(junction) is not None:
             flows[junction] = value
         else:
@@ -759,15 +760,6 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             )
     refuse(faults)
     return start
-
-
-def _follower(dynamics: Dynamics, name: str) -> int | None:
-    """The place of a store in derivative causality, by its own name or that of its momentum or displacement."""
-    for place, port in enumerate(dynamics.form.followers):
-        letter = "p" if port.element.kind == "I" else "q"
-        if name == f"{letter}_{port.element.name}" or (name == port.element.name and letter == "q"):
-            return place
-    return None
 
 
 def _no_state(dynamics: Dynamics, name: str) -> str:

@@ -133,15 +133,6 @@ class JunctionStructure:
             seen.add(target)
         return list(names)
 
-    def untold(self, port: Port) -> list[int]:
-        """Columns that what a follower is given cannot depend on: of resistors and followers, whose shares cancel.
-
-        The structure alone does not give it: power is kept, so that what one side gives the other takes back.
-        """
-        first, last = len(self.stores), len(self.stores) + len(self.acting)
-        of_resistors = {first + k for k, p in enumerate(self.acting) if p.element.kind == "R"}
-        return [k for k in self.support[port.input] if k >= last or k in of_resistors]
-
     def reads(self, port: Port) -> tuple[int, ...]:
         """The variables that the law of an acting port depends on at the same instant."""
         law, kind = port.element.law, port.element.kind
@@ -209,7 +200,6 @@ class Tables(NamedTuple):
     bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
     weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
     varying: tuple[int, ...]  # places of the steps whose rates the followers need
-    anchored: tuple[str, ...]
 
 
 Anchors = Mapping[str, Any]
@@ -678,12 +668,17 @@ class Walk:
         return matrix, force
 
     def _check_shares(self, port: Port) -> None:
-        """Refuses a follower that follows resistors, or other followers: its numbers make more of it than its strokes."""
-        shares = {k: self.gain[port.input].get(k, 0.0) for k in self.form.untold(port)}
+        """Refuses a follower that follows resistors, or other followers: its numbers make more of it than its strokes.
+
+        Their shares cancel by the structure: power is kept, so that what one side gives the other takes back.
+        """
+        first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
+        cancelling = {first + k for k, p in enumerate(self.form.acting) if p.element.kind == "R"}
+        on = [k for k in self.form.support[port.input] if k >= last or k in cancelling]
+        shares = {k: self.gain[port.input].get(k, 0.0) for k in on}
         most = max((abs(g) for g in self.gain[port.input].values() if isinstance(g, float)), default=0.0)
         for k, share in shares.items():
             if isinstance(share, float) and abs(share) > _CANCELLED * most:
-                first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
                 other = self.form.followers[k - last] if k >= last else self.form.acting[k - first]
                 where, leads = (self.graph.where(p.element.name) for p in (port, other))
                 raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: put a C or I between")
