@@ -405,8 +405,7 @@ class ExpressionError(ValueError):
 
     def __init__(self, defect: str, expected: str = _SYNTAX, advice: str = "") -> None:
         self.defect, self.expected, self.advice = defect, expected, advice
-        tail = f"; {advice}" if advice else ""
-        super().__init__(f"found {defect}, expected {expected}{tail}")
+        super().__init__(f"found {defect}, expected {expected}" + (f"; {advice}" if advice else ""))
 
 
 @dataclass(frozen=True)
@@ -483,9 +482,7 @@ class Expression:
             kept = evaluate(At(values, apart, None if anchor is None else At(anchor, apart)))
             return tuple(map(plain, kept)) if isinstance(kept, tuple) else plain(kept)
 
-    @cached_property
-    def _grows(self) -> bool:
-        return any(grows(node) for node in walk(self.tree))
+    _grows = cached_property(lambda self: any(grows(node) for node in walk(self.tree)))
 
     def degree(self, name: str) -> int | None:
         """Degree in a parameter as far as the structure shows it: 0, 1, or None if it is not evidently linear."""
