@@ -28,6 +28,7 @@ from flint import arb, arb_poly, arb_series, fmpq
 from flywheel.numerics.jets import Jet, jet_namespace
 
 _TURNS = 720  # multiples of pi are known as such down to pi over this
+_LAST_DIGIT = 2.0**-51  # of a multiple of 1/pi: what a float of it may be off by
 _DIGITS = 9  # decimals of a constant: one that needs more may have been calculated, with roundings
 _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
 _STEEP = 1.6  # what a cell leaves open grows with its width to the power of the order times this
@@ -53,13 +54,13 @@ def rational(numerator: int, denominator: int) -> Any:
 
 
 def constant(value: Any) -> Any:
-    """The ball of a number in a formula: a multiple of pi, its decimal as written, or the ball that it is.
+    """The ball of a number in a formula: a multiple of pi or of 1/pi, its decimal as written, or the ball that it is.
 
     Raises:
         UnprovenError: for a number that no decimal of 9 digits gives: it may have been calculated with roundings.
 
-    >>> constant(0.1) * 10 == 1, constant(math.pi / 2).contains(arb.pi() / 2)
-    (False, True)
+    >>> constant(0.1) * 10 == 1, constant(math.pi / 2).contains(arb.pi() / 2), constant(1 / math.pi).contains(1 / arb.pi())
+    (False, True, True)
 
     """
     if isinstance(value, arb):
@@ -70,6 +71,10 @@ def constant(value: Any) -> Any:
         return arb(int(value))
     if share := share_of_pi(value):
         return arb.pi() * fmpq(share.numerator, share.denominator)
+    if share := share_of_pi(1 / value):  # the slope of phi/pi
+        inverse = fmpq(share.denominator, share.numerator) / arb.pi()
+        if abs(inverse - arb(value)) < abs(arb(value)) * _LAST_DIGIT:
+            return inverse
     if float(f"{value:.{_DIGITS}g}") != value:
         raise UnprovenError(f"a number, {value!r}, that may have been calculated with roundings")
     decimal = Fraction(f"{value:.{_DIGITS}g}")

@@ -37,7 +37,7 @@ _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # row
 
 _PLACES = 8  # of the cycle, for the sizes of its functions
 _LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 450  # of a motion: more would take several hundred times as long as a sizing
+_MOST_CELLS = 550  # of a motion: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its v
 _RANGE = 1e-14  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
