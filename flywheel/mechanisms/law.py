@@ -111,17 +111,34 @@ def spline_curve(table: Table, period: float) -> SplineCurve:
     swaying[-1] = swaying[0]
     spline = CubicSpline(table.angle, swaying, bc_type="periodic")
     knots, coefficients = np.asarray(spline.x), np.asarray(spline.c)
-    inner = np.unique(knots[:-1] % period)  # the same cubics from 0 to the period, the piece across 0 cut in two
+    edges, piece, turns = spans(knots, period)
+    return SplineCurve(
+        edges, about_edges(coefficients[:, piece], edges[:-1] - turns * period - knots[piece], edges[:-1] - start, drift)
+    )
+
+
+def spans(knots: Array, period: float) -> tuple[Array, NDArray[np.int64], Array]:
+    """The cubics of a periodic spline from 0 to the period: their edges, which they are, how many turns before their knots.
+
+    That across 0 is cut in two.
+
+    >>> spans(np.array([1.0, 2.0, 3.0, 5.0]), 4.0)
+    (array([0., 1., 2., 3., 4.]), array([2, 0, 1, 2]), array([-1.,  0.,  0.,  0.]))
+    """
+    inner = np.unique(knots[:-1] % period)
     inner = inner[(inner > _SAME_KNOT * period) & (inner < (1 - _SAME_KNOT) * period)]
     edges = np.concatenate(([0.0], inner, [period]))
     middles = 0.5 * (edges[1:] + edges[:-1])
-    turns = np.floor((middles - knots[0]) / period) * period
-    piece = np.searchsorted(knots, middles - turns, side="right") - 1
-    step = edges[:-1] - turns - knots[piece]
-    c3, c2, c1, c0 = coefficients[:, piece]
-    c0 = c0 + (c1 + (c2 + c3 * step) * step) * step + drift * (edges[:-1] - start)
+    turns = np.floor((middles - knots[0]) / period)
+    return edges, np.searchsorted(knots, middles - turns * period, side="right") - 1, turns
+
+
+def about_edges(coefficients: NDArray[Any], step: Any, away: Any, drift: Any) -> NDArray[Any]:
+    """The coefficients of cubics (4, pieces) a step beyond their knots, with a uniform motion by their distances away."""
+    c3, c2, c1, c0 = coefficients
+    c0 = c0 + (c1 + (c2 + c3 * step) * step) * step + drift * away
     c1 = c1 + (2 * c2 + 3 * c3 * step) * step + drift
-    return SplineCurve(edges, np.stack((c3, c2 + 3 * c3 * step, c1, c0)))
+    return np.stack((c3, c2 + 3 * c3 * step, c1, c0))
 
 
 _SAME_KNOT = 1e-12  # of the period: knots closer than this are one

@@ -35,13 +35,11 @@ _STEEP = 1.6  # what a cell leaves open grows with its width to the power of the
 _SAFE, _SHRINKS, _LEAST_SHARE = 0.95, 0.2, 1e-60  # of the next width over that wanted, and over the last; of what is open
 _MOST_SPLITS = 4_000  # of intervals, for one extreme
 _SAMPLES, _FINE = 32, 1e-3  # places on a cell; of what ranges change: what wider intervals may add
-_SECANTS = 30  # steps towards a zero: ten are usual
 _MOST_CYCLES, _MOST_PICARD = 12, 60  # Newton's steps to a periodic solution, and Picard's along a cell
 _MOST_WIDER = 4  # tries to enclose a periodic solution
 _CLOSED = 1e-6  # of the error allowed: what these steps may leave
 _SHRUNK = 0.1  # of the change of the last step of Newton's method: less, or rounding decides
 _TUBE = 1e4  # radius of the tubes about a solution over that error
-_ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is searched for at least
 
 
 class UnprovenError(ValueError):
@@ -140,64 +138,6 @@ def series(polynomial: Any, order: int) -> Any:
 def enclosing(about: Any, all_over: Any, order: int) -> Any:
     """The polynomial that encloses a function in a cell, from its series about the middle and about all of the cell."""
     return arb_poly([*(coefficient(about, k) for k in range(order)), coefficient(all_over, order)])
-
-
-def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
-    """The ball of the one zero of a function near an angle (rad), proven by an interval Newton step.
-
-    N = m - f(m)/f'(X), X = m ± r: where N lies inside X, f has one zero in X, and that lies in N.
-
-    Args:
-        function: f and its slope at a ball.
-        angle: near the zero, with the radius of its calculation.
-
-    Raises UnprovenError where the slope may be 0 in X, or N reaches beyond it: the zero is not proven.
-    Source: R. E. Moore, Interval Analysis (1966).
-
-    >>> with precision(96, 2):
-    ...     root = zero_near(lambda x: (x * x - 2, 2 * x), arb(1.4142135623730951))
-    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
-    (True, True)
-
-    """
-    middle = angle.mid()
-    value, slope = (_lifted(each) for each in function(middle))
-    reach = (8 * abs(value / slope) + 4 * angle.rad() + arb(2) ** _ZERO_REACH).upper()
-    step = value / _lifted(function(arb(middle, reach))[1])
-    if not (reach.is_finite() and abs(step) < reach):
-        raise UnprovenError("an angle at which a load breaks is not proven")
-    return middle - step
-
-
-def falling_zero(function: Callable[[Any], Any], slope: Any, start: Any) -> Any:
-    """The ball of the zero of a function that falls, by the mean value theorem at the last of some secant steps.
-
-    x = m + f(m)/S, where S holds -f' at all places.
-
-    Args:
-        function: f of a ball without a radius.
-        slope: S, a ball above 0.
-        start: initial value of the search.
-
-    Source: R. E. Moore, Interval Analysis (1966).
-
-    >>> with precision(96, 2):
-    ...     root = falling_zero(lambda x: 2 - x * x, arb(2).union(arb(4)), arb(1))
-    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
-    (True, True)
-
-    """
-    before = start.mid()
-    value = function(before)
-    here = (before + value / slope.mid()).mid()
-    for _ in range(_SECANTS):
-        last, value = value, function(here)
-        change = (value - last).mid()
-        step = value.mid() * (here - before) / change if not change.is_zero() else arb(0)
-        if not abs(step) > value.rad() / slope.mid():
-            break
-        before, here = here, (here - step).mid()
-    return here + value / slope
 
 
 def positive(value: Any) -> Any:

@@ -21,6 +21,8 @@ _BOX = 1e-10  # least half width of a box in which a solution is searched for
 _MOST_BOXES = 8  # boxes tried, and steps that narrow the enclosure in the one that holds
 _ROUNDED = 2.0**-50  # of a coordinate: balls about two that differ by less are one
 _MOST_PLACES = 8192  # approximations that are kept
+_SECANTS = 30  # steps towards a zero: ten are usual
+_ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is searched for at least
 _DERIVATIVES = 2  # of the unknowns by x that are returned
 
 
@@ -183,6 +185,66 @@ class Implicit:
         """F, then the rows of its derivatives by the unknowns, as balls."""
         entries = [ball(first(value)) for value in values]
         return [entries[k : k + count] for k in range(0, len(entries), count)]
+
+
+def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
+    """The ball of the one zero of a function near an angle (rad), proven by an interval Newton step.
+
+    N = m - f(m)/f'(X), X = m ± r: where N lies inside X, f has one zero in X, and that lies in N.
+
+    Args:
+        function: f and its slope at a ball.
+        angle: near the zero, with the radius of its calculation.
+
+    Raises UnprovenError where the slope may be 0 in X, or N reaches beyond it: the zero is not proven.
+    Source: R. E. Moore, Interval Analysis (1966).
+
+    >>> from flywheel.numerics.balls import precision
+    >>> with precision(96, 2):
+    ...     root = zero_near(lambda x: (x * x - 2, 2 * x), arb(1.4142135623730951))
+    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
+    (True, True)
+
+    """
+    middle = angle.mid()
+    value, slope = (ball(each) for each in function(middle))
+    reach = (8 * abs(value / slope) + 4 * angle.rad() + arb(2) ** _ZERO_REACH).upper()
+    step = value / ball(function(arb(middle, reach))[1])
+    if not (reach.is_finite() and abs(step) < reach):
+        raise UnprovenError("an angle at which a load breaks is not proven")
+    return middle - step
+
+
+def falling_zero(function: Callable[[Any], Any], slope: Any, start: Any) -> Any:
+    """The ball of the zero of a function that falls, by the mean value theorem at the last of some secant steps.
+
+    x = m + f(m)/S, where S holds -f' at all places.
+
+    Args:
+        function: f of a ball without a radius.
+        slope: S, a ball above 0.
+        start: initial value of the search.
+
+    Source: R. E. Moore, Interval Analysis (1966).
+
+    >>> from flywheel.numerics.balls import precision
+    >>> with precision(96, 2):
+    ...     root = falling_zero(lambda x: 2 - x * x, arb(2).union(arb(4)), arb(1))
+    ...     root.contains(arb(2).sqrt()), float(root.rad()) < 1e-25
+    (True, True)
+
+    """
+    before = start.mid()
+    value = function(before)
+    here = (before + value / slope.mid()).mid()
+    for _ in range(_SECANTS):
+        last, value = value, function(here)
+        change = (value - last).mid()
+        step = value.mid() * (here - before) / change if not change.is_zero() else arb(0)
+        if not abs(step) > value.rad() / slope.mid():
+            break
+        before, here = here, (here - step).mid()
+    return here + value / slope
 
 
 class _Order:

@@ -26,7 +26,7 @@ from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
 from flywheel.mechanisms.linkage import Unknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
-from flywheel.numerics.implicit import Implicit
+from flywheel.numerics.implicit import Implicit, falling_zero, zero_near
 
 PRECISIONS = ((80, 20, 1e-17), (128, 24, 1e-25), (192, 32, 1e-34))
 """Bits, order of the polynomials, what cells leave open; the first is too low for most motions."""
@@ -147,7 +147,7 @@ def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:
     for angle, formula, zero in marks_of(structure, columns):
         if zero is not None:
             function = over_balls(zero)
-            edges.append(balls.zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
+            edges.append(zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
         else:
             edges.append(balls.ball(over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle)
     return edges
@@ -214,7 +214,7 @@ class Sums:
 
         """
         slope, per_square = bounds[0].union(bounds[1]) + wheel, 1 / speed**2
-        eps = balls.falling_zero(lambda e: unevenness(self, e, per_square, left) - e * wheel, slope, rational(0, 1))
+        eps = falling_zero(lambda e: unevenness(self, e, per_square, left) - e * wheel, slope, rational(0, 1))
         if not (slope > 0 and eps < 2):
             raise UnprovenError("the motion with a flywheel so light")
         return eps

@@ -17,14 +17,17 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import arb_mat
 
 from bondgraph.recording import Program
 from flywheel.machine.loads import crank_angles, table_pieces
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import StretchWalk, Structure, UnrecordedError, recorded
+from flywheel.mechanisms.law import about_edges, spans, spline_curve
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
 from flywheel.numerics.faults import SceneError
+from flywheel.numerics.implicit import zero_near
 from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
@@ -96,8 +99,6 @@ def _refusal(scene: Scene) -> str:
     linkages = [mechanism.linkage for mechanism in scene.mechanisms if mechanism.linkage is not None]
     if any(coupling.lift is not None for linkage in linkages for coupling in linkage.couplings):
         return "a cam's follower, whose lift is a law in pieces"
-    if any(isinstance(output.law, Table) for mechanism in scene.mechanisms for output in mechanism.outputs):
-        return "a table of positions is a spline, whose pieces are calculated in floats"
     if any(isinstance(load.law, Table) and not load.law.written.size for load in _acting(scene)):
         return "a table that was not read has no numbers as written"
     return ""
@@ -230,6 +231,10 @@ def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Ma
 
     for number, ball in written:
         stands(number, ball)
+    for mechanism in machine.scene.mechanisms:
+        for output in mechanism.outputs:
+            if isinstance(output.law, Table):
+                _of_spline(output.law, mechanism.period, stands)
     for load, place in ((effort.load, effort.place) for effort in machine.efforts):
         table = load.law if isinstance(load.law, Table) else None
         if table is not None:
@@ -254,17 +259,53 @@ def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Ma
 
 def _of_table(table: Table, every: float, stands: Callable[[float, Any], None]) -> None:
     """Notes of what the numbers of a table's pieces are the floats; `every` is its period, rad."""
+    angles, values = _rows(table, every)
+    floats = table_pieces(table.angle, table.value, table.interpolation)
+    exact = table_pieces(angles, values, table.interpolation)
+    for here, there in zip((table.angle, *floats), (angles, *exact), strict=True):
+        for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
+            stands(number, _with_pi(*row.as_integer_ratio()))
+
+
+def _of_spline(table: Table, period: float, stands: Callable[[float, Any], None]) -> None:
+    """Notes of what the numbers of a periodic cubic spline are the floats: its slopes follow from C² at the rows."""
+    x, y = (np.array([_with_pi(*row.as_integer_ratio()) for row in rows]) for rows in _rows(table, period))
+    turn = x[-1] - x[0]
+    drift = (y[-1] - y[0]) / turn
+    step, chord = np.diff(x), np.diff(y) / np.diff(x) - drift
+    n, rights, matrix = len(step), 3 * chord / step, arb_mat(len(step), len(step))
+    for i, k in ((row, chord) for row in range(n) for chord in (row - 1, row)):
+        matrix[i, i] += 2 / step[k]
+        matrix[i, k % n if k < i else (i + 1) % n] += 1 / step[k]
+    slope = np.array(matrix.solve(arb_mat(n, 1, [*(rights + np.roll(rights, 1))])).entries())
+    after = np.roll(slope, -1)
+    bend = slope + after - 2 * chord
+    cubics = np.stack((bend / step**2, (chord - slope - bend) / step, slope, y[:-1] - drift * (x[:-1] - x[0])))
+    curve = spline_curve(table, period)
+    _, piece, turns = spans(table.angle, period)
+    knots = x[piece] + np.array([int(k) * turn for k in turns])
+    edges = np.array([balls.exact(0.0), *knots[1:]])
+    step = np.array([-knots[0], *([balls.exact(0.0)] * (len(knots) - 1))])
+    c3, c2, c1, c0 = about_edges(cubics[:, piece], step, edges - x[0], drift)
+    f3, f2, f1, f0 = curve.coefficients
+    exact = (edges, c3, c2, c1, c0, 3 * c3, 2 * c2, 6 * c3)
+    for here, there in zip((curve.knots[:-1], f3, f2, f1, f0, 3 * f3, 2 * f2, 6 * f3), exact, strict=True):
+        for number, ball in zip(here.tolist(), there.tolist(), strict=True):
+            if number:
+                stands(number, ball)
+            elif not ball.is_zero():
+                raise UnprovenError("a number of a spline that is 0 as a float")
+
+
+def _rows(table: Table, every: float) -> list[Any]:
+    """The rows of a table as they are written, angles (rad) and values."""
     rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
     if abs(float(table.angle[-1] - table.angle[0]) - every) <= _READ * every:  # it was put onto its period
         rows[0][-1] = rows[0][0] + balls.share_of_pi(every) * Fraction(*exact_ratio("180 deg", "angle"))
     for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
         if abs(Fraction(number) - row) > _READ * abs(row):
             raise UnprovenError("a table whose ends are put where its load begins or ends")
-    floats = table_pieces(table.angle, table.value, table.interpolation)
-    exact = table_pieces(rows[0], rows[1], table.interpolation)
-    for here, there in zip((table.angle, *floats), (rows[0], *exact), strict=True):
-        for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
-            stands(number, _with_pi(*row.as_integer_ratio()))
+    return rows
 
 
 def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
@@ -451,7 +492,7 @@ def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any
     for edge, (_, formula, zero) in zip(edges, marks_of(structure, middles), strict=True):
         if zero is not None:
             function = over_balls(zero)
-            place = balls.zero_near(lambda phi, at=function: at(phi, *wide), edge)  # type: ignore[misc]
+            place = zero_near(lambda phi, at=function: at(phi, *wide), edge)  # type: ignore[misc]
             value, slope = _over_ranges(zero, balls.Centred(place, {}, origin.halves), columns)
             yield balls.Centred(edge, {k: -part / slope.value for k, part in value.slopes.items()}, origin.halves)
         else:

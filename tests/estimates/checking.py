@@ -183,6 +183,9 @@ def outside(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
     That of a fluctuation is that of all the work: of seed 29000045, which exchanges 29,000 times as much, 4e-15.
     """
     rows, own = [], {"speed": rounding_of_level(sizing), "simulation.irregularity": rounding_of_swing(sizing)}
+    if (level := true.get("speed")) and (run := true.get("simulation")):  # two extremes whose mean is not the speed
+        off = float(abs((run["speed_max"] + run["speed_min"]) / 2 - level))
+        own |= {f"simulation.{key}": off / float(run[key]) for key in ("speed_max", "speed_min") if run[key]}
     if swing := true.get("energy_fluctuation"):
         share = 4 * float(regimes.EPS * true["exchanged"] / swing)
         own |= {"energy_fluctuation": share, "flywheel.approximate_total": share}

@@ -372,7 +372,6 @@ def test_a_flywheel_behind_two_meshes_with_losses_has_the_irregularity_that_was_
     [
         ({"load": [{"on": "slider", "force": "-1000 if v > 3 else 0"}]}, "laws switch at a speed"),
         ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
-        ({"mechanism": SPLINE, "load": [{"on": "ram", "force": -9}]}, "spline"),
     ],
 )
 def test_what_cannot_be_proven_is_refused_with_its_reason(change: dict[str, Any], reason: str) -> None:
@@ -442,9 +441,23 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
     assert found[0] - 1e-14 * found[1] < float(true) < found[1] * (1 + 1e-14)
     monkeypatch.setattr(switching, "_NEWTON_STEPS", 0)
     assert proven(scene).figures["flywheel.exact"] == pytest.approx(found, rel=1e-14)
-    zero_near = balls.zero_near
-    monkeypatch.setattr(balls, "zero_near", lambda function, at: zero_near(lambda x: (function(x)[0] * 0 + 1, 0 * x), at))
+    near = enclosures.zero_near
+    monkeypatch.setattr(enclosures, "zero_near", lambda function, at: near(lambda x: (function(x)[0] * 0 + 1, 0 * x), at))
     assert proven(scene).reason == "an angle at which a load breaks is not proven"
+
+
+@pytest.mark.parametrize("start", [0, -37, 20.3])
+def test_positions_of_a_table_are_proven_as_the_spline_through_its_rows(start: float) -> None:
+    """The reference has the spline's slopes in long doubles; rows begin anywhere, so that a cubic is cut in two at 0."""
+    rows = {"angle": [start + k for k in (0, 61, 150, 222, 360)], "value": [0, 0.11, 0.3, -0.07, 0], "angle_unit": "deg"}
+    law = {"type": "law", "outputs": {"ram": {"table": rows, "mass": 7}}, "phase": "11 deg"}
+    scene = PRESS | {"mechanism": law, "load": [{"on": "ram", "force": -900, "from": "40 deg", "to": "170 deg"}]}
+    found = proven(scene).figures
+    true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]
+    for key in ("exact", "approximate_total", "inertia_torque"):
+        low, high = found[f"flywheel.{key}"]
+        assert low * (1 - 1e-16) <= true[key] <= high * (1 + 1e-16), key
+        assert high - low <= 1e-14 * high, key
 
 
 def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
