@@ -187,7 +187,8 @@ class Law:
         ports, points, spins = {}, [], []
         for name, law in self.laws.items():
             if isinstance(law, formulas.Cubics):
-                ports[name] = law.at(here, at)
+                turns = plain.floor((anchor - law.starts[0]) / self.cycle) * self.cycle  # rows may begin anywhere
+                ports[name] = law.at(psi - turns, anchor - turns)
             else:
                 ports[name] = formulas.evaluate(law, self.env(here, at)).here
             output = self.outputs[name]
@@ -199,7 +200,8 @@ class Law:
 
     def knots(self) -> list[Any]:
         """Own angles where a spline's third derivative jumps, and the cycle's seam."""
-        return [0 * PI, *(x for law in self.laws.values() if isinstance(law, formulas.Cubics) for x in law.starts)]
+        starts = (x for law in self.laws.values() if isinstance(law, formulas.Cubics) for x in law.starts)
+        return [0 * PI, *(x - plain.floor(x / self.cycle) * self.cycle for x in starts)]
 
     def switches(self, psi: Any) -> list[Any]:
         """Values whose sign changes are where an output may bend, at own angles."""
