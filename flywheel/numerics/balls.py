@@ -645,13 +645,11 @@ class Place(NamedTuple):
 class Tube(NamedTuple):
     """All E within a radius of a polynomial in a cell, for all parameters in the ranges.
 
-    `cut` is the last coefficient of F there, about every place; `steep` the polynomial of dF/dE; `rates` F, dF/dE, ... all
-    over the cell.
+    `steep` is the polynomial of dF/dE there, `rates` are F, dF/dE, ... all over the cell.
     """
 
     polynomial: Any
     radius: Any
-    cut: Any
     steep: Any
     rates: Sequence[Any]
 
@@ -793,23 +791,23 @@ def _polynomial(series: Any, degree: int) -> Any:
 def missed(cell: Place, own: Any, order: int) -> Any:
     """The greatest |dp/dphi - F(phi, p)| in a cell; infinite where F is not enclosed."""
     try:
-        rate, cut = cell.inner(series(own, order))[0], _tube(cell, own, arb(0), order).cut
+        return _missed(cell, own, cell.inner(series(own, order))[0], order)
     except (ArithmeticError, ValueError):
         return arb("inf")
-    return _missed(cell, own, rate, cut, order)
 
 
-def _missed(cell: Place, own: Any, rate: Any, cut: Any, order: int) -> Any:
-    """The same by F about the middle and by its last coefficient."""
+def _missed(cell: Place, own: Any, rate: Any, order: int) -> Any:
+    """The same by F about the middle; of p itself, since the last coefficient depends on all of those of p."""
+    cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
     apart = (own.derivative() - _polynomial(rate, order - 1))(cell.span)
     return (abs(apart) + abs(cut) * cell.span.abs_upper() ** order).abs_upper()
 
 
 def _tube(cell: Place, own: Any, radius: Any, order: int) -> Tube:
-    """The tube about a polynomial."""
+    """The tube about a polynomial: at each place, E differs from it by a number within the radius."""
     wide = own + arb(0, radius)
     inner, outer = cell.about(series(wide, order)), cell.whole(series(wide(line(cell.span, 1)), order))
-    return Tube(own, radius, coefficient(outer[0], order), enclosing(inner[1], outer[1], order), [*map(first, outer)])
+    return Tube(own, radius, enclosing(inner[1], outer[1], order), [*map(first, outer)])
 
 
 def _reach(
@@ -823,7 +821,7 @@ def _reach(
         grown = (primitive(cell.high - cell.middle) - primitive(cell.low - cell.middle)).exp().abs_upper()
         peak = (tube.steep(cell.span) * length).exp().abs_upper().max(arb(1))
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)
-        added = _missed(cell, own, rate, tube.cut, order) * length * peak
+        added = _missed(cell, own, rate, order) * length * peak
         if not (grown.is_finite() and added.is_finite()):
             raise UnprovenError("a torque that is undecided near the motion")
         steps.append((grown, peak, added, jump.abs_upper()))
