@@ -51,7 +51,7 @@ _WIDER, _MOST_WIDER = (
 _SIDE = 1e-12  # of the moment in a mesh: what its greatest in a cell may leave open
 _DEFECT = 1e-3  # of what a motion may leave open: what its polynomials may miss in a cell
 _LEAST_UNEVEN = 1e-10  # irregularity: with less, such a cell is as wide as with this
-_AT_SWITCH = 1e-8  # rad, over the root of the irregularity: half the width of a cell about an angle at which a mesh reverses
+_AT_SWITCH = 5e-10  # rad, over the root of the irregularity: half the width of a cell about the angle of a reversal
 
 
 class Motion(NamedTuple):

@@ -825,7 +825,7 @@ def test_a_motion_that_cells_however_narrow_do_not_follow_is_refused(
     monkeypatch: pytest.MonkeyPatch, efficiency: float, reason: str
 ) -> None:
     monkeypatch.setattr(balls, "missed", lambda *_: balls.exact(math.inf))
-    monkeypatch.setattr(enclosures, "_MOST_CELLS", 60)
+    monkeypatch.setattr(enclosures, "_MOST_CELLS", 90)
     scene = LOSSY | {"shafts": {"motor": {"ratio": 12.5, "efficiency": efficiency}}}
     found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
     assert found is not None
