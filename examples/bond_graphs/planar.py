@@ -17,10 +17,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Element, GraphError, I, Se, Sf, refuse
-from bondgraph.graph import BondGraph, Builder, Part
-from bondgraph.reduction import Positions, Reduction
-from bondgraph.rules import (
+from bondgraph import (
+    BondGraph,
+    Builder,
+    Element,
+    GraphError,
+    I,
+    Part,
+    Reduction,
+    Se,
+    Sf,
     absorb_junctions,
     drop_dangling,
     drop_two_bond_junctions,
@@ -78,7 +84,9 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
         if len(place) != 2 or not all(isinstance(value, float | int) and isfinite(value) for value in place)
     ]
     there = ", ".join(pins) or "none"
-    refuse(faults + [f"inlet {name!r}: no such pin; the body has {there}" for name in inlets if name not in pins])
+    faults += [f"inlet {name!r}: no such pin; the body has {there}" for name in inlets if name not in pins]
+    if faults:
+        raise GraphError("\n".join(faults))
     b = Builder().one("turn", "rotation", displacement="theta", initial=angle)
     b.one("x", "translation").one("y", "translation")
     for junction, name, value in (("turn", "J", inertia), ("x", "m.x", mass), ("y", "m.y", mass)):
@@ -163,7 +171,7 @@ class Linkage(NamedTuple):
 
     graph: BondGraph
     coordinate: str
-    positions: Positions
+    positions: Mapping[str, Formula]
 
     def reduction(self) -> Reduction:
         """The reduction to the coordinate, without velocities kept at zero: a `Reduction` accepts no source Sf."""
@@ -269,7 +277,9 @@ def _bodies(bodies: Mapping[str, tuple[Bar, float]], gravity: float, last: str) 
 
 
 def _positive(**lengths: float) -> None:
-    refuse(f"{name}: found {length}, expected a positive length" for name, length in lengths.items() if not length > 0)
+    faults = [f"{name}: found {length}, expected a positive length" for name, length in lengths.items() if not length > 0]
+    if faults:
+        raise GraphError("\n".join(faults))
 
 
 def _loaded(b: Builder, on: Loads | None) -> BondGraph:
