@@ -1,6 +1,8 @@
 """Equations of state and of motion, in symbols and in numbers."""
 
 import re
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from bondgraph import (
     generic_equation,
     motion_equation,
     simplify,
+    simulate,
     state_equations,
     to_modelica,
 )
@@ -658,6 +661,27 @@ def test_a_modelica_model_says_the_same(start):
     assert "  input Real load;" in text
     expected = state_equations(handed_over()).numeric({"load": 2.0})(0.3, list(start.values()))
     assert_allclose(read_back(text, 0.3, {"load": 2.0}), expected, rtol=1e-13)
+
+
+@pytest.mark.slow
+def test_a_modelica_model_moves_as_the_graph_does(tmp_path):
+    """The model is compiled and simulated where OpenModelica's compiler is at hand."""
+    compiler = shutil.which("omc")
+    if compiler is None:
+        pytest.skip("OpenModelica's omc is not installed")
+    b = Builder().one("m", displacement="x").on("m", I("M", 2.0), R("d", lambda f: 0.7 * f * abs(f)))
+    b.on("m", C("s", lambda q: 3.0 * q**3), Se("F", lambda t: np.cos(t)))
+    graph, start = b.build(), {"p_M": 0.7, "q_s": 0.5, "x": 0.5}
+    (tmp_path / "Press.mo").write_text(to_modelica(graph, name="Press", initial=start), "utf-8")
+    run = 'simulate(Press, stopTime=2.0, tolerance=1e-10, outputFormat="csv");'
+    (tmp_path / "run.mos").write_text(f'loadFile("Press.mo");\n{run}\ngetErrorString();\n', "utf-8")
+    output = subprocess.run([compiler, "run.mos"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    result = tmp_path / "Press_res.csv"
+    assert result.exists(), output.stdout
+    rows = np.genfromtxt(result, delimiter=",", names=True)
+    ours = simulate(graph, 2.0, initial=start, rtol=1e-10).states()
+    for name in start:
+        assert_allclose(rows[name][-1], ours[name][-1], rtol=1e-6)
 
 
 def test_what_cannot_be_handed_over_is_named():
