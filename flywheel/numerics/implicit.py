@@ -109,7 +109,10 @@ class Implicit:
                 most = min(2 * known, order + 1)
                 unknowns = [arb_series(row + [0] * (most - known), most) for row in coefficients]
                 values = [*self._both(*unknowns, arb_series([at, 1], most), *numbers)]
-                slopes = [_matrix(values[count:], k, count) for k in range(1, most - known)]
+                slopes = [
+                    arb_mat(count, count, [coefficient(slope, k) for slope in values[count:]])
+                    for k in range(1, most - known)
+                ]
                 moved = list[Any]()
                 for k in range(known, most):
                     sides = _column([coefficient(side, k) for side in values[:count]])
@@ -266,10 +269,6 @@ def _value(number: Any) -> Any:
 
 def _column(entries: Sequence[Any]) -> Any:
     return arb_mat(len(entries), 1, list(entries))
-
-
-def _matrix(values: Sequence[Any], k: int, count: int) -> Any:
-    return arb_mat(count, count, [coefficient(value, k) for value in values])
 
 
 def _derivatives(rows: list[list[Any]], most: int) -> Iterator[list[Any]]:
