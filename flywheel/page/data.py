@@ -35,7 +35,7 @@ Subject = Scene | Machine | Sizing | SingleStroke
 PANELS_OF_STROKE = "mechanism", "single_stroke", "servo"
 PANELS = ("mechanism", *(key for key in DIAGRAMS if key != "single_stroke"))
 _DIGITS = 7  # of numbers while a hand moves
-_QUICK = 1e-4  # relative accuracy required of a motion or a stroke while a hand moves
+_QUICK = 1e-4  # relative accuracy of a stroke while a hand moves
 
 
 def answer(
@@ -131,7 +131,7 @@ def _sized(subject: Subject, rest: bool) -> tuple[Sizing | None, Machine | None,
     if scene.stroke is not None or not (scene.has_flywheel and scene.has_speed):
         return None, machine, []
     try:
-        sizing = size(machine, None if rest else _QUICK, simulate=rest)
+        sizing = size(machine, simulate=rest)
     except SceneError as error:
         return None, machine, list(error.faults)
     return sizing, sizing.machine or machine, []

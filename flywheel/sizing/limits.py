@@ -39,7 +39,6 @@ from flywheel.sizing.results import Limit, Regime, Sizing
 
 _COARSE = 1e-4  # error of trial motions
 _PER_DECADE, _PER_DECADE_SWINGING = 4, 12
-_COARSER = 2  # times fewer where the required error is that of trial motions
 _LARGEST = 1e-3  # irregularity with the heaviest flywheel of the grid, about
 _LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
 _HEAVY = 1e3  # times the heaviest of the grid: practically infinite, apart from terms in 1/J
@@ -211,10 +210,9 @@ class Search:
 
     @property
     def inertias(self) -> list[float]:
-        """Inertias (kg m²) of the grid, from the heaviest down to none; fewer where the required error is large."""
+        """Inertias (kg m²) of the grid, from the heaviest down to none."""
         decades = float(np.log10(self.heaviest / self.lightest))
         count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
-        count = count if self.rtol < _COARSE else -(-count // _COARSER)
         return [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
 
     def _scanned(self) -> Steps[list[FlywheelPoint]]:

@@ -586,13 +586,3 @@ def test_gd2_stands_beside_the_inertias():
     assert "GD² = 4 J: 1414.09 exact, 1395.96 by the areas, 1416.91 by the torque, kg m²." in text
     given = report.text(flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False))
     assert any(line.split()[-3:] == ["1200", "kg", "m²"] for line in given.splitlines() if "GD²" in line)
-
-
-def test_a_rough_search_looks_at_fewer_flywheels_and_keeps_its_estimate() -> None:
-    asked = {"irregularity": 0.1, "motor_heat": 0.6}
-    close, rough = (flywheel.size(flywheel.load(punch(asked)), rtol, simulate=False) for rtol in (1e-10, 1e-4))
-    grids = [len(Search(asked, 0.01, 100.0, rtol).inertias) for rtol in (1e-10, 1e-4)]
-    assert grids == [18, 10]
-    assert rough.binding == close.binding
-    assert rough.cost.evaluations < 0.8 * close.cost.evaluations
-    assert abs(rough.flywheel.exact / close.flywheel.exact - 1.0) <= rough.error.exact <= 1e-4
