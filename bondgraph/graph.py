@@ -86,16 +86,23 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
             adjacent[quantity[2:]].append(name)
         if len(seen := reached_from(next(iter(elements)), adjacent)) < len(elements):
             yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
-    yield from _wrong_names(graph)
+    for name, displacement in graph.displacements.items():
+        owner = graph.elements.get(displacement.of)
+        if owner is None or owner.kind != "1":
+            yield f"displacement {name!r}: {displacement.of!r} is no 1-junction of the graph"
+        if not math.isfinite(displacement.initial):
+            yield f"displacement {name!r}: found initial value {displacement.initial}, expected a finite number"
+    for name, value in graph.parameters.items():
+        if value is not None and not (isinstance(value, Real) and math.isfinite(value)):
+            yield f"parameter {name!r}: found {value!r}, expected a finite number, or None where it is still open"
+    declared = [*graph.displacements, *graph.signals, *graph.parameters]
+    for name in sorted(set(declared)):
+        if declared.count(name) > 1:
+            yield f"{name!r} is declared twice, as two of displacement, signal and parameter"
+        if name == TIME:
+            yield f"{name!r} is declared, but always means the time"
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
-    for element in graph.of_kind(*TWO_PORTS):
-        ends = [b for b in bonds if element.name in b[1:]]
-        if len(ends) == 2 and len({b.number in graph.pseudo for b in ends}) > 1:
-            yield (
-                f"bond {ends[0].number}, {ends[1].number}: {element.symbol}:{element.name} joins heat, whose bonds carry no "
-                "power, to another domain: give the heat flow as a source, such as Sf(..., lambda e_R, f_R: e_R * f_R)"
-            )
     yield from _rival_sources(elements, bonds)
 
 
@@ -119,18 +126,6 @@ def activated(graph: BondGraph) -> tuple[Bond, ...]:
     return tuple(Bond(-k, *ends) for k, ends in enumerate(dict.fromkeys(reads), 1))
 
 
-def dead_ends(graph: BondGraph) -> Iterator[str]:
-    """Junctions with a single bond and no measured displacement: a line each."""
-    for element in graph.of_kind(*JUNCTIONS):
-        name, at = element.name, graph.at(element.name)
-        beyond = graph.elements[at[0].other(name)]
-        if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in graph.measured:
-            yield (
-                f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; "
-                "attach something to it, leave it out, or build(loose=True) and simplify"
-            )
-
-
 def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
     incoming = dict.fromkeys(elements, 0)
     outgoing = dict(incoming)
@@ -151,24 +146,6 @@ def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Ite
         if not {elements[bond.tail].kind, elements[bond.head].kind} & JUNCTIONS:
             two = f"{elements[bond.tail].symbol}:{bond.tail} and {elements[bond.head].symbol}:{bond.head}"
             yield f"bond {bond.number}: joins {two} directly; put a 1- or 0-junction between them"
-
-
-def _wrong_names(graph: BondGraph) -> Iterator[str]:
-    for name, displacement in graph.displacements.items():
-        owner = graph.elements.get(displacement.of)
-        if owner is None or owner.kind != "1":
-            yield f"displacement {name!r}: {displacement.of!r} is no 1-junction of the graph"
-        if not math.isfinite(displacement.initial):
-            yield f"displacement {name!r}: found initial value {displacement.initial}, expected a finite number"
-    for name, value in graph.parameters.items():
-        if value is not None and not (isinstance(value, Real) and math.isfinite(value)):
-            yield f"parameter {name!r}: found {value!r}, expected a finite number, or None where it is still open"
-    declared = [*graph.displacements, *graph.signals, *graph.parameters]
-    for name in sorted(set(declared)):
-        if declared.count(name) > 1:
-            yield f"{name!r} is declared twice, as two of displacement, signal and parameter"
-        if name == TIME:
-            yield f"{name!r} is declared, but always means the time"
 
 
 _OWN = {"R": "flow is f, its own effort e", "C": "displacement is q", "I": "momentum is p"}
@@ -215,7 +192,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
 
 
 def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
-    for region, names in _regions(elements, bonds):
+    regions = _regions(elements, bonds)
+    for region, names in regions:
         for domain, name in names:
             if domain not in DOMAINS:
                 yield f"{elements[name].symbol}:{name}: found domain {domain!r}, expected one of {', '.join(DOMAINS)}"
@@ -230,6 +208,14 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
             for name in (n for n in bond[1:] if elements[n].kind == "I"):
                 where = f"I:{name} (bond {bond.number})"
                 yield f"{where}: the {names[0][0]} domain has no momentum, and so no inertia: remove it"
+    heat = {bond for region, names in regions if names and names[0][0] == HEAT for bond in region}
+    for element in (e for e in elements.values() if heat and e.kind in TWO_PORTS):
+        ends = [b for b in bonds if element.name in b[1:]]
+        if len(ends) == 2 and len({bond in heat for bond in ends}) > 1:
+            yield (
+                f"bond {ends[0].number}, {ends[1].number}: {element.symbol}:{element.name} joins heat, whose bonds carry no "
+                "power, to another domain: give the heat flow as a source, such as Sf(..., lambda e_R, f_R: e_R * f_R)"
+            )
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
@@ -577,7 +563,9 @@ def constant(ratio: Ratio) -> TypeGuard[float]:
 
 
 def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
-    """All local steps that known variables permit; `waiting` and `determined` are updated.
+    """All steps that give a relation's one unknown from known variables, without division by a modulus.
+
+    `waiting` and `determined` are updated.
 
     >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
     >>> [step.terms for step in (*plan([gear], {0}), *plan([gear], {1}))]
@@ -588,26 +576,20 @@ def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
     while before < len(steps):
         before = len(steps)
         for relation in list(waiting):
-            step = _local(relation, determined)
-            if step is not None:
+            unknown = [term for term in relation.terms if term[0] not in determined]
+            if len(unknown) != 1:
+                continue
+            target, factor, sign = unknown[0]
+            if not constant(factor) or factor == 0.0:
+                continue
+            others = [(v, ratio, -other / (sign * factor)) for v, ratio, other in relation.terms if v != target]
+            plain = all(constant(ratio) for _, ratio, _ in others)
+            if plain or (len(others) == 1 and others[0][2] == 1.0):  # else a modulus would have to be scaled
+                terms = tuple((v, ratio * scale if constant(ratio) else ratio) for v, ratio, scale in others)
                 waiting.remove(relation)
-                steps.append(step)
-                determined.update(step.unknown)
+                steps.append(Step((target,), (relation,), terms))
+                determined.add(target)
     return steps
-
-
-def _local(relation: Relation, determined: set[int]) -> Step | None:
-    """The step that gives a relation's one unknown variable, if it needs no division by a modulus."""
-    unknown = [term for term in relation.terms if term[0] not in determined]
-    if len(unknown) != 1:
-        return None
-    target, factor, sign = unknown[0]
-    if not constant(factor) or factor == 0.0:
-        return None
-    others = [(v, ratio, -other / (sign * factor)) for v, ratio, other in relation.terms if v != target]
-    terms = tuple((v, ratio * scale if constant(ratio) else ratio) for v, ratio, scale in others)
-    plain = all(constant(ratio) for _, ratio, _ in others)
-    return Step((target,), (relation,), terms) if plain or (len(others) == 1 and others[0][2] == 1.0) else None
 
 
 def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:
@@ -813,8 +795,16 @@ class Builder:
 
     def build(self, *, loose: bool = False) -> BondGraph:
         """The checked graph. Junctions without further elements are a fault unless `loose`, which is for simplification."""
-        graph = BondGraph(**self._written())
-        refuse(() if loose else dead_ends(graph))
+        graph, dangling = BondGraph(**self._written()), []
+        for element in () if loose else graph.of_kind(*JUNCTIONS):
+            first, *others = graph.at(element.name)
+            beyond = graph.elements[first.other(element.name)]
+            if not others and beyond.kind not in ONE_PORTS and element.name not in graph.measured:
+                dangling.append(
+                    f"{element.kind}:{element.name} dangles: bond {first.number} to {beyond.kind}:{beyond.name} is its only "
+                    "one; attach something to it, leave it out, or build(loose=True) and simplify"
+                )
+        refuse(dangling)
         return graph
 
     def _written(self) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -32,6 +33,7 @@ _GOLDEN = 0.381966011250105  # (3 - sqrt(5))/2
 # -- evaluations -------------------------------------------------------------------------------------------------------
 
 
+@dataclass
 class Tally:
     """Positions counted so far. A tally inside another one counts for both.
 
@@ -43,17 +45,9 @@ class Tally:
     17
     """
 
-    def __init__(self, outer: Tally | None = None, watch: Callable[[], None] | None = None) -> None:
-        self.evaluations = 0
-        self._outer, self._watch = outer, watch
-
-    def add(self, evaluations: int) -> None:
-        """Adds positions to the count."""
-        self.evaluations += evaluations
-        if self._watch is not None:
-            self._watch()
-        if self._outer is not None:
-            self._outer.add(evaluations)
+    outer: Tally | None = None
+    watch: Callable[[], None] | None = None
+    evaluations: int = 0
 
 
 _TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
@@ -94,7 +88,11 @@ def count(positions: Any) -> None:
     tally = _TALLY.get()
     if tally is not None:
         size = positions if isinstance(positions, int) else getattr(getattr(positions, "lo", positions), "size", 1)
-        tally.add(size if isinstance(size, int) else 1)
+    while tally is not None:
+        tally.evaluations += size if isinstance(size, int) else 1
+        if tally.watch is not None:
+            tally.watch()
+        tally = tally.outer
 
 
 def counting() -> bool:

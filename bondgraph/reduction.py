@@ -139,10 +139,7 @@ class Reduction:
 
     def __call__(self, phi: Any, anchor: Any = None, ns: Any = np) -> Reduced:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
-        return self._reduced(self._walked(phi, anchor, ns))
-
-    def _walked(self, phi: Any, anchor: Any = None, ns: Any = np) -> _LawPositions:
-        return _LawPositions(self, phi, phi if anchor is None else anchor, ns)
+        return self._reduced(_LawPositions(self, phi, anchor, ns))
 
     def _reduced(self, at: _LawPositions) -> Reduced:
         flows = at.flows
@@ -180,11 +177,11 @@ class Reduction:
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
         """The positions phi, from which moments that depend on speed or time follow for any speeds."""
-        return Station(self, self._walked(phi, anchor, ns))
+        return Station(self, _LawPositions(self, phi, anchor, ns))
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> FlowRates:
         """Flow gains and slopes alone."""
-        return self._walked(phi, anchor, ns).flows
+        return _LawPositions(self, phi, anchor, ns).flows
 
     def anchored(self, anchor: Any) -> FlowRates:
         """Flows at an anchor; those of the last single one are kept, because time stepping needs them repeatedly."""
@@ -230,41 +227,6 @@ class Reduction:
                         kept.append(source)
             self._in_piece = at.anchor, by_kind[0], by_kind[1]
         return self._in_piece[1:]
-
-    def _run(self, at: _LawPositions) -> None:
-        """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
-        count(at.phi)
-        size = max(self._flow.values()) + 1
-        flows = at.walked = FlowRates([None] * size, [_ZERO] * size)
-        flows.gain[self.variable[self.coordinate]] = 1.0
-        gain, slope = flows
-        for step in self._steps:
-            if step.terms is not None:
-                added: Any = 0.0
-                for v, ratio in step.terms:
-                    added = added + at.ratio(ratio) * gain[v]
-                gain[step.unknown[0]] = added
-            else:
-                solution = _linear(*_assembled(step, at, at.ratio, gain))
-                for k, variable in enumerate(step.unknown):
-                    gain[variable] = solution[..., k]
-        for step in self._steps:
-            if step.terms is not None:
-                added = _ZERO
-                for v, ratio in step.terms:
-                    along, ratio_slope = slope[v], at.ratio_slope(ratio)
-                    if along is not _ZERO:
-                        added = added + at.ratio(ratio) * along
-                    if ratio_slope is not _ZERO:
-                        added = added + ratio_slope * gain[v]
-                slope[step.unknown[0]] = added
-            else:
-                matrix, right = _assembled(step, at, at.ratio, slope)
-                matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, gain)
-                gains = np.stack([np.broadcast_to(gain[variable], np.shape(at.phi)) for variable in step.unknown], axis=-1)
-                solution = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
-                for k, variable in enumerate(step.unknown):
-                    slope[variable] = solution[..., k]
 
 
 class Station:
@@ -382,7 +344,7 @@ def reduce(
 
 def _endless(reduction: Reduction, phi: float) -> str:
     """A line that names the elements without a finite value at a position."""
-    at, graph = reduction._walked(np.array([phi])), reduction.graph
+    at, graph = _LawPositions(reduction, np.array([phi])), reduction.graph
     values = [(e, "ratio", at.ratio(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "ratio's slope", at.ratio_slope(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "effort", at.effort(e)) for e, _, _ in reduction._sources]
@@ -399,20 +361,52 @@ _ZERO = 0.0  # the one object that marks a slope as identically zero, so that co
 class _LawPositions:
     """Displacements, motions and moduli at phi and at the anchors, each found once per walk."""
 
-    def __init__(self, reduction: Reduction, phi: Any, anchor: Any, ns: Any) -> None:
-        self.reduction, self.phi, self.anchor, self.ns = reduction, phi, anchor, ns
-        self.walked: FlowRates | None = None
+    def __init__(self, reduction: Reduction, phi: Any, anchor: Any = None, ns: Any = np) -> None:
+        self.reduction, self.phi, self.anchor, self.ns = reduction, phi, phi if anchor is None else anchor, ns
         self._motions: dict[int, tuple[Here, Here]] = {}
         self._values: dict[int, Any] = {}
         self._moduli: dict[int, tuple[Any, tuple[Any, ...]]] = {}
 
-    @property
+    @cached_property
     def flows(self) -> FlowRates:
-        """The flow rates, by a walk of the graph when they are first needed."""
-        if self.walked is None:
-            self.reduction._run(self)
-        assert self.walked is not None
-        return self.walked
+        """The flow rates, by a walk of the graph when they are first needed.
+
+        Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives.
+        """
+        reduction = self.reduction
+        count(self.phi)
+        size = max(reduction._flow.values()) + 1
+        flows = self.flows = FlowRates([None] * size, [_ZERO] * size)  # slopes of ratios read the gains so far
+        flows.gain[reduction.variable[reduction.coordinate]] = 1.0
+        gain, slope = flows
+        for step in reduction._steps:
+            if step.terms is not None:
+                added: Any = 0.0
+                for v, ratio in step.terms:
+                    added = added + self.ratio(ratio) * gain[v]
+                gain[step.unknown[0]] = added
+            else:
+                solution = _linear(*_assembled(step, self, self.ratio, gain))
+                for k, variable in enumerate(step.unknown):
+                    gain[variable] = solution[..., k]
+        for step in reduction._steps:
+            if step.terms is not None:
+                added = _ZERO
+                for v, ratio in step.terms:
+                    along, ratio_slope = slope[v], self.ratio_slope(ratio)
+                    if along is not _ZERO:
+                        added = added + self.ratio(ratio) * along
+                    if ratio_slope is not _ZERO:
+                        added = added + ratio_slope * gain[v]
+                slope[step.unknown[0]] = added
+            else:
+                matrix, right = _assembled(step, self, self.ratio, slope)
+                matrix_slope, right_slope = _assembled(step, self, self.ratio_slope, gain)
+                gains = np.stack([np.broadcast_to(gain[variable], np.shape(self.phi)) for variable in step.unknown], axis=-1)
+                solution = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
+                for k, variable in enumerate(step.unknown):
+                    slope[variable] = solution[..., k]
+        return flows
 
     def gain(self, flow: int) -> Any:
         """The gain of a flow variable, without a walk where it is constant."""

@@ -208,11 +208,21 @@ class Effort:
 
     def __call__(self, here: Here, anchor: Here) -> Any:
         """Effort without the unknown's share."""
-        return self._gated(self._coefficients(here, anchor)[0], anchor)
+        return self._acting(here, anchor, 0)
 
     def per_unknown(self, here: Here, anchor: Here) -> Any:
         """Effort per unit of the unknown."""
-        return self._gated(self._coefficients(here, anchor)[1], anchor)
+        return self._acting(here, anchor, 1)
+
+    def _acting(self, here: Here, anchor: Here, part: int) -> Any:
+        """One of the coefficients where the load acts, 0 elsewhere."""
+        effort = self._coefficients(here, anchor)[part]
+        if self.always:
+            return effort
+        active = self.active(anchor)
+        if isinstance(active, bool):  # one piece alone
+            return effort if active else 0.0
+        return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
 
     def _coefficients(self, here: Here, anchor: Here) -> tuple[Any, Any]:
         law = self._law
@@ -272,14 +282,6 @@ class Effort:
     def turns(self, angle: Any, first: float = 0.0) -> Any:
         """A function that reduces an angle to [first, first + every), or changes nothing on a stroke."""
         return 0.0 if self.load.once else self.load.every * np.floor((angle - first) / self.load.every)
-
-    def _gated(self, effort: Any, anchor: Here) -> Any:
-        if self.always:
-            return effort
-        active = self.active(anchor)
-        if isinstance(active, bool):  # one piece alone
-            return effort if active else 0.0
-        return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
 
     def active(self, anchor: Here) -> Any:
         """Tests whether the load acts in the pieces of these anchors."""

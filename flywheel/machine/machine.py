@@ -138,6 +138,7 @@ class Machine:
         self._families = {m.name: families.build(m, scene.parameters) for m in scene.mechanisms}
         self._motions = {m.name: self._motion(m) for m in scene.mechanisms}
         self._crank_motion = Motion(scene.reduction_element)
+        self._domain = "translation" if scene.reduction_element == "slide" else "rotation"
         self.places = dict(self._places())
         senses = cache(lambda place: self._mark(place, partial(self._senses, place), of_loads=False))
         loads = (*scene.loads, *([] if scene.drive is None else [scene.drive]))
@@ -621,11 +622,6 @@ class Machine:
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
-    @property
-    def _domain(self) -> str:
-        """The energy domain of the reduction element."""
-        return "translation" if self.scene.reduction_element == "slide" else "rotation"
-
     def _graph(
         self,
         *,
@@ -660,8 +656,24 @@ class Machine:
             builder.sum(f"{name}.gear", [(on, ratio)], "rotation")
             builder.one(name, "rotation", displacement=f"phi_{name}")
             builder.between(f"{name}.gear", name, *twisting, name=f"{name}.twist")
-        for mechanism in scene.mechanisms:
-            self._hang(builder, mechanism, needed)
+        for mechanism in scene.mechanisms:  # its velocities, as far as they are needed, its masses and their weights
+            family, name, motion = self._families[mechanism.name], mechanism.name, self._motions[mechanism.name]
+            rotating = {"crank": self._domain == "rotation"}
+            for velocity in family.velocities:
+                rotating[velocity.name] = velocity.rotating
+                if f"{name}.{velocity.name}" in needed:
+                    terms: list[tuple[str, float | Modulus]] = []
+                    for source, gain in velocity.terms:
+                        modulus = Modulus(gain.value, gain.slope, motion) if isinstance(gain, Ratio) else gain
+                        terms.append((_junction(mechanism, source), modulus))
+                    builder.sum(f"{name}.{velocity.name}", terms, "rotation" if velocity.rotating else "translation")
+            for mass in family.masses:
+                what = f"{name}.{mass.velocity}.{'J' if rotating[mass.velocity] else 'm'}_{mass.body}"
+                inertia = I(_free(builder, what), mass.value, part=f"{name}.{mass.body}")
+                builder.port(_junction(mechanism, mass.velocity), inertia)
+            for place, force, body in self._weights(mechanism):
+                what = _free(builder, f"{name}.{place}.G_{body}")
+                builder.port(_junction(mechanism, place), Se(what, force, part=f"weight of {name}.{body}"))
         for item in scene.inertias:
             name, _, port = item.on.partition(".")
             kinks = self._families[name].ports[port].kinks if port else ()
@@ -695,26 +707,6 @@ class Machine:
             carrying.update(fresh)
             todo += fresh
         return carrying
-
-    def _hang(self, builder: Builder, mechanism: Mechanism, needed: set[str]) -> None:
-        """The needed velocities of a mechanism, its masses and their weights."""
-        family, name, motion = self._families[mechanism.name], mechanism.name, self._motions[mechanism.name]
-        rotating = {"crank": self._domain == "rotation"}
-        for velocity in family.velocities:
-            rotating[velocity.name] = velocity.rotating
-            if f"{name}.{velocity.name}" in needed:
-                terms: list[tuple[str, float | Modulus]] = []
-                for source, ratio in velocity.terms:
-                    modulus = Modulus(ratio.value, ratio.slope, motion) if isinstance(ratio, Ratio) else ratio
-                    terms.append((_junction(mechanism, source), modulus))
-                builder.sum(f"{name}.{velocity.name}", terms, "rotation" if velocity.rotating else "translation")
-        for mass in family.masses:
-            what = f"{name}.{mass.velocity}.{'J' if rotating[mass.velocity] else 'm'}_{mass.body}"
-            element = I(_free(builder, what), mass.value, part=f"{name}.{mass.body}")
-            builder.port(_junction(mechanism, mass.velocity), element)
-        for place, force, body in self._weights(mechanism):
-            what = _free(builder, f"{name}.{place}.G_{body}")
-            builder.port(_junction(mechanism, place), Se(what, force, part=f"weight of {name}.{body}"))
 
     def _weights(self, mechanism: Mechanism) -> Iterator[tuple[str, float, str]]:
         """Velocity, force (N) along it and body of every weight."""

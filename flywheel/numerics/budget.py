@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, NamedTuple
 
 from bondgraph.numerics import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 
-__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "portion", "spend"]
+__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "portion", "spend"]
 
 
 class Cost(NamedTuple):
@@ -38,34 +39,30 @@ FREE = Cost(0, 0.0)
 _LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)  # work that a search may still take
 
 
+@dataclass
 class Meter:
-    """A running measurement: `cost` is the cost so far."""
+    """A running measurement, from the counter of evaluations: `cost` is the cost so far.
 
-    def __init__(self, tally: Tally) -> None:
-        self._tally, self._start, self._before = tally, perf_counter(), FREE
-
-    @property
-    def cost(self) -> Cost:
-        """Evaluations and seconds since the beginning."""
-        return Cost(self._tally.evaluations, perf_counter() - self._start)
-
-    def lap(self) -> Cost:
-        """Evaluations and seconds since the last lap."""
-        before, self._before = self._before, self.cost
-        return Cost(self._before.evaluations - before.evaluations, self._before.seconds - before.seconds)
-
-
-@contextmanager
-def metered() -> Iterator[Meter]:
-    """Measures the cost of the block.
-
-    >>> with metered() as meter:
+    >>> with counted() as tally:
+    ...     meter = Meter(tally)
     ...     count(5)
     >>> meter.lap().evaluations, meter.lap().evaluations
     (5, 0)
     """
-    with counted() as tally:
-        yield Meter(tally)
+
+    tally: Tally
+    start: float = field(default_factory=perf_counter)
+    before: Cost = FREE
+
+    @property
+    def cost(self) -> Cost:
+        """Evaluations and seconds since the beginning."""
+        return Cost(self.tally.evaluations, perf_counter() - self.start)
+
+    def lap(self) -> Cost:
+        """Evaluations and seconds since the last lap."""
+        before, self.before = self.before, self.cost
+        return Cost(self.before.evaluations - before.evaluations, self.before.seconds - before.seconds)
 
 
 class BudgetError(SceneError):

@@ -15,7 +15,7 @@ from flywheel.components.wheels import choose
 from flywheel.machine.equation import NoMotionError, moments_on
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
-from flywheel.numerics.budget import Cost, Meter, metered
+from flywheel.numerics.budget import Cost, Meter, counted
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment, wittenbauer
@@ -125,7 +125,8 @@ def size(
 
         return duty.sized(scene, partial(size, rtol=rtol, accuracy=level), partial(size, rtol=rtol, accuracy=levels.NORMAL))
     try:
-        with np.errstate(all="ignore"), metered() as meter:  # values that are not finite are reported with their place
+        with np.errstate(all="ignore"), counted() as tally:  # values that are not finite are reported with their place
+            meter = Meter(tally)
             if scene.areas is not None:
                 return _of_diagram(scene, rtol, level, meter)
             return _of_machine(machine if isinstance(machine, Machine) else Machine(scene), rtol, level, meter)
@@ -188,14 +189,14 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
-    shaft = None if regime.run is None else MotorShaft(scene, cycle, regime.run, speed, rtol)
+    shaft = None if regime.run is None or scene.motor is None else MotorShaft(scene, cycle, regime.run, speed, rtol)
     inverter, servo = (None, None) if shaft is None else (inverter_load(shaft), servo_load(shaft))
     messages = (
         *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
-        *trip_messages(() if inverter is None else inverter.trips),
+        *(() if inverter is None else trip_messages(inverter.trips)),
         *(() if servo is None else servo_messages(servo)),
         *confirmed.messages,
         *_of_friction(regime, friction, flywheel.exact),

@@ -12,7 +12,7 @@ from bondgraph.numerics import roots_between
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics import cells
-from flywheel.numerics.budget import BudgetError, Cost, limited, metered
+from flywheel.numerics.budget import BudgetError, Cost, Meter, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
@@ -61,7 +61,8 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     idle = inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work
     if idle and not of_motor(scene):
         return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
-    with metered() as meter:
+    with counted() as tally:
+        meter = Meter(tally)
         swings = scene.irregularity is not None and circuit_of(scene) is not None
         motion = None if of_motor(scene) or swings else _motion(machine, figures, start, rtol)
         if motion is None or (scene.irregularity is not None and _unstable(motion)):

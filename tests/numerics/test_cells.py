@@ -14,7 +14,7 @@ import flywheel
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import Effort
 from flywheel.numerics import cells
-from flywheel.numerics.budget import Cost, count, counted, metered
+from flywheel.numerics.budget import Cost, Meter, count, counted
 from flywheel.numerics.cells import Changes
 from flywheel.numerics.expressions import Expression, between, compiled, expression_of, numeral, parse, variable
 from flywheel.numerics.intervals import NAMESPACE, Interval
@@ -597,7 +597,8 @@ def test_no_switch_lies_between_breakpoints(seed):
 
 
 def test_laps_add_up_to_the_whole():
-    with metered() as meter:
+    with counted() as tally:
+        meter = Meter(tally)
         count(4)
         first = meter.lap()
         count(3)

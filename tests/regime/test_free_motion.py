@@ -14,7 +14,7 @@ import flywheel
 from bondgraph.motion.stepping import Step
 from flywheel import Machine, transient
 from flywheel.machine.dynamics import Dynamics, Start, later, source
-from flywheel.numerics.budget import metered
+from flywheel.numerics.budget import counted
 from flywheel.regime.branch import Outcome, outcome_of
 from flywheel.regime.free_motion import Goal, SwitchingTimes, follow, returns
 from tests import regimes, scenes
@@ -331,8 +331,8 @@ def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch)
     scene, taken = flywheel.load(SINE), []
     for hurried in (True, True, False):
         machine = Machine(scene)
-        with metered() as meter, np.errstate(all="ignore"):  # as within a sizing
+        with counted() as tally, np.errstate(all="ignore"):  # as within a sizing
             assert outcome_of(machine, 13.6, 10.0, 0.0, hurried=hurried).outcome is Outcome.UNKNOWN
-        taken.append(meter.cost.evaluations)
+        taken.append(tally.evaluations)
     assert taken[0] == taken[1]
     assert 2 * taken[0] < taken[2] < 4 * taken[0]
