@@ -30,7 +30,7 @@ from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import middles
-from flywheel.numerics.expressions import Expression
+from flywheel.numerics.expressions import BOOLEAN, Expression, walk
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
@@ -192,6 +192,14 @@ class Machine:
     def switches_at_speeds(self) -> bool:
         """Tests whether some branch of a load depends on speed or time."""
         return any(self.switching)
+
+    @cached_property
+    def jumps_at_speeds(self) -> bool:
+        """Tests whether a load may jump at a speed, by a condition or a sign: not only have another slope there."""
+        laws = [effort.load.law for efforts in self.switching for effort in efforts.values()]
+        nodes = [node for law in laws if isinstance(law, Expression) for node in walk(law.tree)]
+        tests = [node.args[0] if node.op == "if" else node for node in nodes if node.op in ("if", "sign", *BOOLEAN)]
+        return any(Expression("", test).uses_speed for test in tests)
 
     @cached_property
     def switching(self) -> tuple[dict[str, Effort], ...]:

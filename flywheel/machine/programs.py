@@ -679,7 +679,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     scene, twin = machine.scene, machine.twin
     if machine.depends_on_time:
         raise UnrecordedError("loads depend on time")
-    if twin.switches_at_speeds:
+    if twin.switches_at_speeds and not recorder.exact:
         raise UnrecordedError("laws switch at a speed")
     efficiencies = [stage.efficiency for stage in machine.stages]
     if not recorder.exact and any(isinstance(each, Recorded) for each in efficiencies):

@@ -156,7 +156,7 @@ def _one(name: str) -> Callable[[Any], Any]:
     return lambda u: getattr(_lifted(u), name)()
 
 
-def _sign(u: Any) -> int:
+def sign(u: Any) -> int:
     """The sign of a ball, or of the first coefficient of a series; an error if it is undetermined."""
     value = first(u)
     if value > 0 or value < 0:
@@ -185,11 +185,11 @@ def _angle(y: Any, x: Any) -> Any:
     if right > 0 and not abs(up) > right:
         return (_lifted(y) / x).atan()
     if right < 0 and abs(up) < -right:
-        return arb.pi() * _sign(y) + (_lifted(y) / x).atan()
-    return arb.pi() * _sign(y) / 2 - (_lifted(x) / y).atan()
+        return arb.pi() * sign(y) + (_lifted(y) / x).atan()
+    return arb.pi() * sign(y) / 2 - (_lifted(x) / y).atan()
 
 
-_SIGNS = {
+SIGNS: dict[str, tuple[int, ...]] = {
     "less": (-1,),
     "less_equal": (-1, 0),
     "greater": (1,),
@@ -197,10 +197,11 @@ _SIGNS = {
     "equal": (0,),
     "not_equal": (-1, 1),
 }
+"""Of comparisons: the signs of the difference with which they are true."""
 
 
 def _decided(name: str, a: Any, b: Any) -> bool:
-    return _sign(a - b) in _SIGNS[name]
+    return sign(a - b) in SIGNS[name]
 
 
 NAMESPACE = SimpleNamespace(
@@ -209,11 +210,11 @@ NAMESPACE = SimpleNamespace(
     divide=lambda a, b: _lifted(a) / b,
     atan2=_angle,
     power=_power,
-    abs=lambda u: u * _sign(u),
-    sign=_sign,
-    minimum=lambda a, b: a if _sign(a - b) <= 0 else b,
-    maximum=lambda a, b: a if _sign(a - b) >= 0 else b,
-    **{name: partial(_decided, name) for name in _SIGNS},
+    abs=lambda u: u * sign(u),
+    sign=sign,
+    minimum=lambda a, b: a if sign(a - b) <= 0 else b,
+    maximum=lambda a, b: a if sign(a - b) >= 0 else b,
+    **{name: partial(_decided, name) for name in SIGNS},
     **{name: getattr(np, name) for name in ("logical_and", "logical_or", "logical_not")},
     where=lambda test, yes, no: yes if test else no,
 )
@@ -287,10 +288,10 @@ def models(
             right = high if parts == 1 else arb(float(start.mid()) + rest / parts)
             model, share = _model(function, start, right, order, scales, left)
             change = _SAFE * max(share, _LEAST_SHARE) ** (-1 / (_STEEP * order))
-            width = rest / parts * min(max(change, _SHRINKS), 1 / _SHRINKS)
+            before, width = width, rest / parts * min(max(change, _SHRINKS), 1 / _SHRINKS)
             if model is not None:
                 cells.append(model)
-                start = right
+                start, width = right, max(width, before) if parts == 1 and before < math.inf else width
             elif width < narrowest:
                 raise UnprovenError(f"a function that is not smooth at {float(start.mid()):.6g} rad")
     return cells
@@ -855,8 +856,8 @@ def one_way(cells: Iterable[tuple[Any, Any, Any]]) -> int:
         ends.append((works.lower(), works.upper()))
         spread += (length * steep).abs_upper()
     factor = (2 * spread).exp()
-    for sign, bounds in ((1, [low for low, _ in ends]), (-1, [-high for _, high in ends])):
+    for way, bounds in ((1, [low for low, _ in ends]), (-1, [-high for _, high in ends])):
         least = sum((bound for bound in bounds if bound > 0), arb(0))
         if least > factor * sum((-bound for bound in bounds if not bound > 0), arb(0)):
-            return sign
+            return way
     return 0

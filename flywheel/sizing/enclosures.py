@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache, partial
 from itertools import pairwise, product
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,13 +53,14 @@ _WIDER, _MOST_WIDER = (
 _SIDE = 1e-12  # of the moment in a mesh: what its greatest in a cell may leave open
 _DEFECT = 1e-3  # of what a motion may leave open: what its polynomials may miss in a cell
 _LEAST_UNEVEN = 1e-10  # irregularity: with less, such a cell is as wide as with this
-_AT_SWITCH = 5e-10  # rad, over the root of the irregularity: half the width of a cell about the angle of a reversal
+_AT_SWITCH = 5e-11  # rad, over the root of the irregularity: half the width of a cell about the angle of a reversal
 
 
 class Motion(NamedTuple):
     """A motion near the one to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0.
 
-    `outwards` says of each mesh with losses whether power passes outwards through it from an angle (rad) on.
+    `outwards` says of each mesh with losses whether power passes outwards through it from an angle (rad) on; a new row
+    begins where a torque switches at a speed, too.
     """
 
     wheel: float
@@ -70,10 +73,10 @@ class Motion(NamedTuple):
 # -- programs over balls ---------------------------------------------------------------------------------------------------
 
 
-def over_balls(program: Program, outputs: int | None = None, *, jets: bool = False) -> Callable[..., Any]:
-    """A recorded program as a function of balls, and of series of them, or of jets of these: of its first outputs."""
+def over_balls(program: Program, outputs: int | None = None, functions: Any = balls.NAMESPACE) -> Callable[..., Any]:
+    """A recorded program as a function of balls and of series of them, or of what else functions take: its first outputs."""
     part = program if outputs is None else program.only(outputs)
-    return part._replace(places=tuple(map(place_of, part.places))).function(balls.JETS if jets else balls.NAMESPACE)
+    return part._replace(places=tuple(map(place_of, part.places))).function(functions)
 
 
 def rows_of(walk: StretchWalk) -> Program:
@@ -94,7 +97,7 @@ def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any
 def _unknowns(unknowns: Unknowns) -> Implicit:
     """The unknowns of a linkage over balls."""
     equations, count = unknowns.equations, unknowns.count
-    return Implicit(over_balls(equations, count, jets=True), over_balls(equations), lambda x: unknowns(x)[: 2 * count])
+    return Implicit(over_balls(equations, count, balls.JETS), over_balls(equations), lambda x: unknowns(x)[: 2 * count])
 
 
 def threshold(value: float) -> Any:
@@ -103,6 +106,64 @@ def threshold(value: float) -> Any:
         return balls.constant(value)
     except UnprovenError:
         return balls.exact(value)
+
+
+class Branches:
+    """A program over balls that gives also the differences whose signs decide its branches, in turn.
+
+    Each sign is what a function gives for the number of a difference and itself. Where it gives None, the value is the hull
+    of both branches; arguments are balls then.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self._sign_of: Callable[[int, Any], int | None] = _own_sign
+        self._differences: list[Any] = []
+        own: dict[str, Any] = {name: partial(self._answer, signs) for name, signs in balls.SIGNS.items()}
+        own |= {name: partial(_unless_open, getattr(np, name)) for name in ("logical_and", "logical_or", "logical_not")}
+        own |= {"sign": self._sign, "where": _chosen}
+        self._function = over_balls(program, functions=SimpleNamespace(**vars(balls.NAMESPACE) | own))
+
+    def __call__(self, sign_of: Callable[[int, Any], int | None], *arguments: Any) -> tuple[Any, list[Any]]:
+        """The outputs at arguments, and these differences."""
+        self._sign_of, self._differences = sign_of, []
+        return self._function(*arguments), self._differences
+
+    def _side(self, difference: Any) -> int | None:
+        self._differences.append(difference)
+        return self._sign_of(len(self._differences) - 1, difference)
+
+    def _answer(self, signs: tuple[int, ...], a: Any, b: Any) -> bool | None:
+        side = self._side(a - b)
+        return None if side is None else side in signs
+
+    def _sign(self, u: Any) -> Any:
+        side = self._side(u)
+        return balls.around(0, balls.exact(1)) if side is None else side
+
+
+def _unless_open(logical: Callable[..., Any], *tests: Any) -> Any:
+    return None if any(test is None for test in tests) else logical(*tests)
+
+
+def _chosen(test: Any, yes: Any, no: Any) -> Any:
+    return balls.hull(map(balls.ball, (yes, no))) if test is None else yes if test else no
+
+
+def _own_sign(_: int, difference: Any) -> int:
+    """The sign of a difference; an error if it is open."""
+    return balls.sign(difference)
+
+
+def _middle_sign(_: int, difference: Any) -> int:
+    """The sign of the middle of a difference, by which nothing is proven."""
+    return balls.sign(balls.first(difference).mid())
+
+
+def possible_sign(_: int, difference: Any) -> int | None:
+    """The sign of a difference; None if it is open."""
+    with suppress(UnprovenError):
+        return balls.sign(difference)
+    return None
 
 
 class _Mark(NamedTuple):
@@ -233,21 +294,24 @@ class _Law(NamedTuple):
     """dE/dphi about a place, or all over a cell, from what position alone gives there.
 
     `late` gives the rows of every stage (`_SMOOTH`) from `known`, the speed and the unknown; `inertia` is I*. `outwards`
-    says of each mesh whether power passes outwards; None where one changes its side in the cell: then the law is a ball all
+    says of each mesh whether power passes outwards, `signs` on which sides of its switches every torque is: by the middle
+    of the cell where there are none. `outwards` is None where one of them changes in the cell: then the law is a ball all
     over it, and `span` the ball of all distances from its middle.
     """
 
     stages: tuple[Stage, ...]
     inertia: Any
     known: Sequence[Any]
-    late: Callable[..., Any]
+    late: Branches
     outwards: tuple[bool, ...] | None
     span: Any
+    jumps: bool
+    signs: tuple[int, ...] | None = None
 
     def rates(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any, Any]:
         """dE/dphi (N m), and its slopes by E and by the unknown, with a flywheel (kg m² at the crank)."""
         energy = balls.over(energy, self.span) if self.outwards is None else energy
-        speed, (moments, by_speed, by_unknown, inertias, slopes), bare = self._moments(energy, wheel, unknown)
+        speed, (moments, by_speed, by_unknown, inertias, slopes), bare, _ = self._moments(energy, wheel, unknown)
         if len(self.stages) == 1:
             (moment,), (steep,), (of_unknown,) = moments, by_speed, by_unknown
         else:
@@ -262,29 +326,36 @@ class _Law(NamedTuple):
             moment, steep = less_lost(moments, bare), less_lost(by_speed, curved)
         return moment, steep / (speed * (self.inertia + wheel)), of_unknown
 
-    def passed(self, energy: Any, wheel: Any, unknown: Any) -> Sequence[Any]:
-        """The moment (N m, at the crank) that passes outwards through each mesh with losses."""
+    def decisive(self, energy: Any, wheel: Any, unknown: Any) -> list[Any]:
+        """The differences that decide branches of torques; then the moments (N m, at the crank) outwards through meshes."""
         assert self.outwards is not None
-        _, rows, bare = self._moments(energy, wheel, unknown)
+        _, rows, bare, differences = self._moments(energy, wheel, unknown)
+        if len(self.stages) == 1:
+            return differences
         factors = self._factors(self.outwards)
-        return passed_by(balanced(rows[3], bare, factors)[1], self.stages, factors, None)[0][1:]
+        return [*differences, *passed_by(balanced(rows[3], bare, factors)[1], self.stages, factors, None)[0][1:]]
 
     def all_over(self) -> _Law:
         """The same with a ball in place of each series."""
         return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
 
-    def _moments(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any]]:
-        """The speed; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each.
+    def _moments(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any], list[Any]]:
+        """The speed; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each; what decides.
 
         Of a single stage, I* and its slope are not among the rows: nothing is lost there.
         """
         v = energy / (self.inertia + wheel)
         speed = (2 * v).sqrt()
-        rows = self.late(*self.known, speed, unknown)
+        rows, differences = self.late(self._sign_of, *self.known, speed, unknown)
         moments, by_speed, by_unknown, inertias, slopes = (list(rows[k :: len(_SMOOTH)]) for k in range(len(_SMOOTH)))
         inertias = [own + wheel * stage.carries_flywheel for stage, own in zip(self.stages, inertias, strict=False)]
         bare = [slope * v - moment for slope, moment in zip(slopes, moments, strict=False)]
-        return speed, [moments, by_speed, by_unknown, inertias, slopes], bare
+        return speed, [moments, by_speed, by_unknown, inertias, slopes], bare, differences
+
+    def _sign_of(self, number: int, difference: Any) -> int | None:
+        if self.outwards is None:
+            return _own_sign(number, difference) if self.jumps else possible_sign(number, difference)
+        return _middle_sign(number, difference) if self.signs is None else self.signs[number]
 
     def _factors(self, outwards: tuple[bool, ...]) -> tuple[Any, ...]:
         """The factors K of all parts (see `flywheel.machine.equation`)."""
@@ -314,24 +385,25 @@ class _Stretch(NamedTuple):
     outwards: tuple[bool, ...] | None
     inertia: Callable[..., Any]
     early: Callable[..., Any]
-    late: Callable[..., Any]
+    late: Branches
+    jumps: bool
 
     def laws(self, cell: Model, stages: tuple[Stage, ...], known: Callable[..., Any]) -> list[_Law]:
         """The law about the middle of a cell, and about every place of it."""
         places = (known(self, balls.variable(centre)) for centre in (cell.middle, cell.low.union(cell.high)))
-        return [_Law(stages, inertia, early, self.late, self.outwards, cell.span) for inertia, early in places]
+        return [_Law(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places]
 
 
-def _stretches(
-    walks: Iterable[StretchWalk], edges: Sequence[Any], near: Motion, stages: int, reach: Any
-) -> Iterator[_Stretch]:
-    """The smooth pieces, divided at a reach from the angles at which a mesh changes its side in the motion near."""
-    for walk, (low, high) in zip(walks, pairwise(edges), strict=True):
+def _stretches(structure: Structure, edges: Sequence[Any], near: Motion, reach: Any) -> Iterator[_Stretch]:
+    """The smooth pieces, divided at a reach from the angles at which the motion near has a mesh or a torque switch."""
+    stages, jumps = len(structure.twin.stages), structure.twin.jumps_at_speeds
+    for walk, (low, high) in zip(structure.walks, pairwise(edges), strict=True):
         assert walk.rate is not None
         rows = range(len(RATE), len(walk.rate.outputs), len(STAGE))
         outputs = tuple(walk.rate.outputs[row + k] for row in rows for k in _SMOOTH)
         rate = walk.rate._replace(outputs=outputs).only(3 if stages == 1 else len(outputs))
-        functions = over_balls(walk.program, 2), *map(over_balls, rate.split(2))
+        early, late = rate.split(2)
+        functions = over_balls(walk.program, 2), over_balls(early), Branches(late), jumps
         reversals = [balls.exact(angle) for angle, _ in near.outwards if low + reach < angle < high - reach]
         places = [low, *sorted(angle + side * reach for angle in reversals for side in (-1, 1)), high]
         for k, ends in enumerate(pairwise(places)):
@@ -376,7 +448,8 @@ class Motions:
         )
         edges = edges_of(structure, columns)
         reach = balls.exact(_AT_SWITCH * max(near.irregularity, _LEAST_UNEVEN) ** 0.5)
-        stretches = list(_stretches(structure.walks, edges, near, len(stages), reach))
+        stretches = list(_stretches(structure, edges, near, reach))
+        self._switches = len(stages) > 1 or structure.twin.switches_at_speeds
         speed = balls.exact(near.omega)
         first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
         value = ((first + balls.exact(near.wheel)) * speed**2 / 2).mid()
@@ -393,13 +466,13 @@ class Motions:
 
         def rows(stretch: _Stretch, phi: Any) -> Any:
             inertia, early = known(stretch, phi)
-            return inertia, sum(stretch.late(*early, speed, self._unknown)[:: len(_SMOOTH)])
+            return inertia, sum(stretch.late(_middle_sign, *early, speed, self._unknown)[0][:: len(_SMOOTH)])
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
         lows = [float(each.low) for each in stretches]
         pieces = [sum(low <= float(cell.middle) for low in lows) - 1 for cell in cells]
-        self._cells, self._laws, self._polynomials = list[Model](), list[list[_Law]](), list[Any]()
+        self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[_Law]](), list[Any]()
         self._inertias = list[tuple[Any, Any]]()  # I* about the middle of each cell, and about every place of it
         todo = [*zip(cells, pieces, strict=True)][::-1]
         while todo:
@@ -409,17 +482,18 @@ class Motions:
             narrow = cell.high - cell.low < reach
             if laws[0].outwards is None:
                 laws = [laws[1].all_over()] * 2
-            own = self._followed(cell, laws, value)
-            if own is None and narrow and laws[0].outwards:  # a mesh changes its side where a piece begins or ends
-                laws = [laws[1].all_over()._replace(outwards=None)] * 2
-                own = self._followed(cell, laws, value)
+            own, followed = self._followed(cell, laws, value)
+            if own is None and narrow and self._switches and laws[0].outwards is not None:  # where a piece begins or ends
+                own, followed = self._followed(cell, [laws[1].all_over()._replace(outwards=None)] * 2, value)
+            if own is None and narrow and structure.twin.jumps_at_speeds:
+                raise UnprovenError(f"a torque that may jump at a speed, at {float(cell.middle):.6g} rad")
             if own is None and narrow:
                 raise UnprovenError(f"the motion at {float(cell.middle):.6g} rad")
             if own is None:
                 todo += [(half, k) for half in reversed(balls.halves(functions[k], cell, order))]
             else:
                 self._cells.append(cell)
-                self._laws.append(laws)
+                self._laws.append(followed)
                 self._polynomials.append(own)
                 self._inertias.append(inertias)
                 value = own(cell.high - cell.middle).mid()
@@ -432,23 +506,27 @@ class Motions:
         self._ranges = (balls.exact(0), balls.exact(0))
         self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
-    def _followed(self, cell: Model, laws: Sequence[_Law], value: Any) -> Any:
-        """The polynomial of E in a cell on the motion near, from E at its low end; None if the cell is too wide.
+    def _followed(self, cell: Model, laws: Sequence[_Law], value: Any) -> tuple[Any, Sequence[_Law]]:
+        """The polynomial of E in a cell on the motion near, from E at its low end, and the laws there with their signs.
 
-        It is where polynomials miss the motion by more than they may, or where the sides of meshes are not proven.
+        None where the cell is too wide: where polynomials miss the motion by more than they may, or where the sides of
+        meshes or of switches are not proven.
         """
         most, numbers = _DEFECT * self._allowed, (balls.exact(self._near.wheel), self._unknown)
-        place = self._place(cell, laws, numbers, numbers)
         try:
+            place = self._place(cell, laws, numbers, numbers)
             own = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
-            exact = laws[0].outwards is not None
-            if exact and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
-                return None
-            if laws[0].outwards:
+            if self._switches and laws[0].outwards is not None:
+                middle = laws[0].decisive(balls.series(own, self._order), *numbers)
+                signs = tuple(_middle_sign(0, each) for each in middle[: len(middle) - len(laws[0].outwards)])
+                laws = [law._replace(signs=signs) for law in laws]
+                place = self._place(cell, laws, numbers, numbers)
                 self._check_sides(place, own, laws, *numbers)
+            if laws[0].outwards is not None and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
+                return None, laws
         except (ArithmeticError, ValueError):  # UnprovenError is one
-            return None
-        return own
+            return None, laws
+        return own, laws
 
     def _place(self, cell: Model, laws: Sequence[_Law], at: tuple[Any, Any], ranges: tuple[Any, Any]) -> balls.Place:
         """The laws in a cell with a flywheel and a value of the unknown, and with all in ranges of them."""
@@ -482,7 +560,7 @@ class Motions:
         if orbit.tubes is not self._tubes:
             self._tubes = orbit.tubes
             for place, tube, laws in zip(places, orbit.tubes, self._laws, strict=True):
-                if laws[0].outwards:
+                if self._switches:
                     self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, *self._ranges)
             of_unknown = [(cell.high - cell.low, *tube.rates[:0:-1]) for cell, tube in zip(places, orbit.tubes, strict=True)]
             self.effect = balls.one_way(of_unknown)
@@ -509,17 +587,20 @@ class Motions:
         return Speeds(extreme(1), extreme(-1), start)
 
     def _check_sides(self, cell: balls.Place, energy: Any, laws: Sequence[_Law], wheel: Any, unknown: Any) -> None:
-        """Refuses a motion in which power passes through a mesh the other way somewhere in a cell."""
+        """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
+        if laws[0].outwards is None:
+            return
         order, near = self._order, [energy, energy(balls.line(cell.span, 1))]
         series = [balls.series(polynomial, order) for polynomial in near]
-        passed, cut = (law.passed(each, wheel, unknown) for law, each in zip(laws, series, strict=True))
-        for out, inner, outer in zip(laws[0].outwards or (), passed, cut, strict=True):
-            tau = (-1 if out else 1) * balls.enclosing(inner, outer, order)
-            curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, tau, tau.derivative())
-            if all(term.is_zero() for term in tau.coeffs()):  # an idle mesh loses nothing either way
+        values, cut = (law.decisive(each, wheel, unknown) for law, each in zip(laws, series, strict=True))
+        sides = [*(laws[0].signs or ()), *(1 if out else -1 for out in laws[0].outwards)]
+        for side, inner, outer in zip(sides, values, cut, strict=True):
+            beyond = -(side or 1) * balls.enclosing(inner, outer, order)
+            curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, beyond, beyond.derivative())
+            if all(term.is_zero() for term in beyond.coeffs()):  # an idle mesh loses nothing either way
                 continue
-            if not balls.greatest([curve], _SIDE * abs(float(tau(0).mid())) + _LOOSE * float(tau(0).rad())) < 0:
-                raise UnprovenError(f"which side of a mesh with losses drives at {float(cell.middle):.6g} rad")
+            if not balls.greatest([curve], _SIDE * abs(float(beyond(0).mid())) + _LOOSE * float(beyond(0).rad())) < 0:
+                raise UnprovenError(f"on which side of a switch or of a mesh the motion is at {float(cell.middle):.6g} rad")
 
     def _slopes(self, wheel: Any) -> tuple[Any, Any]:
         """Effects of a unit of the unknown on the speed and on the irregularity, near the last motion."""

@@ -482,7 +482,7 @@ def _over_box(
 
 
 def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:
-    return balls.over_ranges(over_balls(program), over_balls(program, jets=True), at, columns)
+    return balls.over_ranges(over_balls(program), over_balls(program, functions=balls.JETS), at, columns)
 
 
 def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any) -> Iterator[Any]:
@@ -605,7 +605,7 @@ def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[A
     At the middles of ranges of numbers, then all over them, then their slopes at a given phi by one number after another.
     """
     program, (low, high) = rows_of(walk), ends
-    plain, of_jets = over_balls(program), over_balls(program, jets=True)
+    plain, of_jets = over_balls(program), over_balls(program, functions=balls.JETS)
     length, zero = high - low, rational(0, 1)
     wide = length.value
 

@@ -255,13 +255,13 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         return proven(scene)
     run, unknown, mesh = regime.run, regime.cycle.balance or 0.0, regime.cycle.mesh
     start, *omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.append(0.0, mesh.phi)).tolist()
-    if all(stage.efficiency == 1.0 for stage in regime.machine.stages):
-        return proven(scene, Motion(run.inertia, unknown, start, run.irregularity))
-    passed = moments_on(regime.machine, mesh.edges).transmitted(np.reshape(omega, mesh.phi.shape), unknown, run.inertia)
-    outwards = [tuple(row) for row in np.array([each[:, MIDDLE] > 0.0 for each in passed]).T.tolist()]
-    beginnings = zip(mesh.edges[:-1].tolist(), outwards, [(), *outwards[:-1]], strict=True)
-    sides = ((low, own) for low, own, before in beginnings if own != before)
-    return proven(scene, Motion(run.inertia, unknown, start, run.irregularity, tuple(sides)))
+    moments, speeds = moments_on(regime.machine, mesh.edges), np.reshape(omega, mesh.phi.shape)
+    passed = moments.transmitted(speeds, unknown, run.inertia)
+    decided = [each[:, MIDDLE] > 0.0 for each in (*passed, *moments.switches(speeds))]
+    sides = [tuple(row) for row in np.reshape(decided, (len(decided), len(speeds))).T.tolist()]
+    beginnings = zip(mesh.edges[:-1].tolist(), sides, [None, *sides[:-1]], strict=True)
+    outwards = ((low, own[: len(passed)]) for low, own, before in beginnings if own != before)
+    return proven(scene, Motion(run.inertia, unknown, start, run.irregularity, tuple(outwards)))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import flywheel
+from bondgraph.recording import NAMESPACE, Recorder
 from flywheel.language import use
 from flywheel.numerics import switching, units
 from flywheel.numerics.jets import Jet
@@ -370,7 +371,7 @@ def test_a_flywheel_behind_two_meshes_with_losses_has_the_irregularity_that_was_
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"load": [{"on": "slider", "force": "-1000 if v > 3 else 0"}]}, "laws switch at a speed"),
+        ({"load": [{"on": "slider", "force": "-1000*t"}]}, "loads depend on time"),
         ({"load": [{"on": "slider", "force": "-1000*sin(0.12345678912*phi)"}]}, "with roundings"),
     ],
 )
@@ -734,6 +735,89 @@ def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
     scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
     found = proof.proven(scene, proof.Motion(3.0, 0.0, 10.0, 0.1))
     assert (found.figures, found.reason) == ({}, "a steady motion that is stable")
+
+
+def over_a_kink(drive: Any) -> tuple[Any, Any]:
+    """Extreme speeds with E' = u - 20 sin(phi) - k max(E, E0), k = 0.2, E0 = 250 J.
+
+    Above E0, E - u/k + 20 (k sin(phi) - cos(phi))/(k² + 1) decays by exp(-k phi).
+    """
+    k, kink = mp.mpf("0.2"), mp.mpf(250)
+
+    def forced(phi: Any) -> Any:
+        return drive / k - 20 * (k * mp.sin(phi) - mp.cos(phi)) / (k * k + 1)
+
+    def above(phi: Any, rising: Any) -> Any:
+        return forced(phi) + (kink - forced(rising)) * mp.exp(-k * (phi - rising))
+
+    def below(phi: Any, falling: Any) -> Any:
+        return kink + (drive - k * kink) * (phi - falling) + 20 * (mp.cos(phi) - mp.cos(falling))
+
+    def off(rising: Any, falling: Any) -> Any:
+        return above(falling, rising) - kink, below(rising + 2 * mp.pi, falling) - kink
+
+    rising, falling = mp.findroot(off, (4.76, 7.63))
+    highest = mp.findroot(lambda phi: drive - 20 * mp.sin(phi) - k * above(phi, rising), 6.16)
+    lowest = 3 * mp.pi - mp.asin((drive - k * kink) / 20)
+    return tuple(mp.sqrt(2 * energy / 5) for energy in (above(highest, rising), below(lowest, falling)))
+
+
+KINK = {
+    "inertia": [{"on": "crank", "value": 2}],
+    "drive": {"torque": 51},
+    "flywheel": {"inertia": 3},
+}
+
+
+@pytest.mark.parametrize(
+    "torque",
+    ["-0.5*max(omega**2, 100)", "-0.25*(omega**2 + 100 + abs(omega**2 - 100))", "0.5*min(-omega*abs(omega), -100)"],
+)
+@pytest.mark.parametrize("known", [True, False])
+def test_a_motion_over_a_speed_at_which_a_torque_switches_is_that_of_its_closed_form(torque: str, known: bool) -> None:
+    """Also from a motion near that says nothing of the angles at which it passes this speed."""
+    scene = flywheel.load({**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) + {torque}"}]})
+    found = flywheel.size(scene, accuracy="proof").proof if known else proof.proven(scene, NEAR)
+    assert found is not None
+    with mp.workdps(40):
+        for key, speed in zip(("speed_max", "speed_min"), over_a_kink(51), strict=True):
+            assert holds(found.figures[f"simulation.{key}"], speed), key
+
+
+@pytest.mark.parametrize(
+    "chosen", [lambda a, b: NAMESPACE.where(a > b, a, b), lambda a, b: b + NAMESPACE.sign(a - b) * (a - b)]
+)
+def test_an_open_branch_has_the_hull_of_both_sides(chosen: Any) -> None:
+    arb, recorder = extra("flint").arb, Recorder()
+    program = recorder.program([chosen(recorder.input("a"), recorder.input("b"))])
+    for a, b in ((arb(1, 2), arb(2)), (arb(2), arb(1, 2))):
+        (value,), (difference,) = enclosures.Branches(program)(enclosures.possible_sign, a, b)
+        assert value.contains(a)
+        assert value.contains(b)
+        assert difference.contains(0)
+
+
+NEAR = enclosures.Motion(3.0, 0.0, 10.33341290682974, 0.08)
+
+
+@pytest.mark.parametrize(
+    ("torque", "reason"),
+    [("-15 if omega > 10 else -14", "a torque that may jump at a speed, at 1."), ("-15 if omega > 9 else -14", "")],
+)
+def test_a_torque_that_jumps_at_a_speed_is_proven_on_one_side_of_it_alone(torque: str, reason: str) -> None:
+    scene = {**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) - 0.36*omega**2 + {torque}"}]}
+    found = proof.proven(flywheel.load(scene), NEAR)
+    assert found.reason.startswith(reason)
+    assert bool(found.figures) is not bool(reason)
+
+
+def test_a_damper_of_the_square_of_a_velocity_that_reverses_is_proven() -> None:
+    scene = {**PRESS, "load": [{"on": "slider", "force": "-40*v*abs(v)"}], "drive": {"torque": "90 - 2*omega"}, "regime": {}}
+    found = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
+    assert found.proof is not None
+    low, high = found.proof.figures["speed"]
+    assert high - low <= WIDEST * high
+    assert low * (1 - 1e-9) <= found.speed <= high * (1 + 1e-9)
 
 
 def extrapolated(function: Any, start: Any, value: Any, width: Any) -> Any:
