@@ -9,7 +9,7 @@ of all designs run together, and each round computes their next flywheels at onc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from itertools import pairwise
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import batch
-from flywheel.machine.equation import Moments, Rate
+from flywheel.machine.equation import Rate
 from flywheel.machine.machine import Stage
 from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
@@ -33,15 +33,25 @@ from flywheel.regime.cycle_equations import (
     Periodic,
     State,
     balanced_guess,
-    carried,
     first_guess,
     periodic_motions,
 )
-from flywheel.regime.periodic_motion import STIFF, UNSTABLE, errors_by_stiffness, motion_errors
+from flywheel.regime.periodic_motion import STIFF, errors_by_stiffness, motion_errors
+from flywheel.regime.several_motions import (
+    CUT_MOVE,
+    MOST_CUTS,
+    Deciding,
+    SeveralMoments,
+    moved_cuts,
+    on_cut_cells,
+    patterns,
+    sound,
+    through_meshes,
+)
 from flywheel.regime.turning_moment import CycleErrors, Run, spread_of_closing
 from flywheel.sizing import limits
 from flywheel.sizing.limits import FlywheelPoint, LimitState
-from flywheel.sizing.motor import IRREGULARITY, AnyFigures, MotorShaft, Share, of_motor, shares
+from flywheel.sizing.motor import IRREGULARITY, MotorShafts, Share, of_motor, shares
 
 Figures = tuple[dict[str, Array], dict[str, Array], Array]
 Start = Callable[..., State | None]
@@ -49,8 +59,6 @@ Start = Callable[..., State | None]
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _SPEED_STEPS = 60  # of Newton's method towards a constant speed, within its bracket
 _BESIDE = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
-_MOST_CUTS = 10  # rounds in which cells are cut anew where meshes change the side that drives
-_CUT_MOVE = 1e-12  # of the cycle: what moves less has settled
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behind a jump; halvings towards it
@@ -74,7 +82,7 @@ class StagePart(NamedTuple):
     slope: Array
 
 
-class DesignMoments(Moments):
+class DesignMoments(SeveralMoments):
     """The machines of designs on their own cells, as `Moments` with an axis of designs before all others.
 
     Args:
@@ -172,13 +180,10 @@ class DesignMoments(Moments):
         assert total is not None
         return total
 
-    def rate(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> Rate:
-        """F at crank speeds omega (rad/s), for values of the unknown and flywheels (designs,); see `Moments.rate`."""
-        return super().rate(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
-
-    def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> list[Array]:
-        """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
-        return super().transmitted(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
+    @property
+    def own_edges(self) -> Array:
+        """The edges (rad) of each machine's own cells, (designs, cells + 1)."""
+        return self.mesh.edges[:, self.starts]
 
     def _acting(self, part: Any, omega: Array, unknown: Any, states: Any) -> Rate:
         if self._last is None or self._last[0] is not omega or self._last[1] is not unknown:
@@ -267,33 +272,6 @@ def closed(
     return speed, unknown, good
 
 
-class DesignShaft(MotorShaft):
-    """The shafts of designs' motors along their motions, on the cells of these.
-
-    Args:
-        moments: the machines.
-        givens: their numbers.
-        run: the motions' speeds and errors (designs,).
-        speeds: of the cranks at the nodes, rad/s.
-
-    """
-
-    def __init__(self, moments: DesignMoments, givens: DesignValues, run: Run, speeds: Array) -> None:
-        speed: Any = run.speed
-        self.motor, self.run, self.mean, self.along = moments.machine.scene.motor, run, speed, None
-        self.mesh, self.speeds, self.rtol = moments.mesh, speeds, 0.0
-        self.ratio: Any = np.broadcast_to(1.0 if givens.drive is None else givens.drive, speed.shape)[:, None, None]
-        self.has_states, self.states_error = False, 0.0
-
-    def omega(self, mesh: Cells) -> Array:
-        """Speeds of the cranks, rad/s."""
-        return self.speeds
-
-    def refined(self, evaluated: Callable[[Cells], tuple[AnyFigures, Any, Any]], rtol: float) -> AnyFigures:
-        """The outcome on the motions' own cells: other cells are tried only for a whole design."""
-        return evaluated(self.mesh)[0]
-
-
 class _Table:
     """Figures of designs by their names, NaN if unknown, filled group by group."""
 
@@ -325,13 +303,13 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     if not moments.lossy:
         constant(moments, np.arange(speed.size), slice(None))
     else:
-        for which, cuts in _patterns(moments, good, *_losses(moments, speed, unknown)):
-            for _ in range(_MOST_CUTS):
+        for which, cuts in patterns(moments, good, *_losses(moments, speed, unknown)):
+            for _ in range(MOST_CUTS):
                 finer = moments.cut(which, cuts)
                 speed[which], unknown[which], closed_rows = closed(
                     finer, speed[which], unknown[which], 0.9 * speed[which], 1.1 * speed[which]
                 )
-                cuts, moved, slack = _moved(finer, cuts, *_losses(finer, speed[which], unknown[which]))
+                cuts, moved, slack = moved_cuts(finer, cuts, *_losses(finer, speed[which], unknown[which]))
                 stands = closed_rows & (moved <= slack)
                 if (stands | ~np.isfinite(moved)).all():
                     break
@@ -536,71 +514,10 @@ def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], 
 # -- cells that end where a mesh changes the side that drives ------------------------------------------------------------
 
 
-def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Array], Array]:
+def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Deciding], Array]:
     """The torque through meshes with losses at constant speeds (N m), and the work exchanged in a cycle (J)."""
     exchanged = moments.total(moments.constant(speed, unknown[:, None, None]).exchanged)
-    return moments.constant_losses(speed, unknown[:, None, None]), exchanged
-
-
-def _reversals(moments: DesignMoments, passed: list[Array], exchanged: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Angles (rad) where meshes change the side that drives, their errors, and where two cancel.
-
-    (designs, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
-    """
-    mesh, count = moments.mesh, exchanged.size
-    edges, cycle = mesh.edges[:, moments.starts], moments.structure.cycle
-    spreads = [1.0 / stage.efficiency - stage.efficiency for stage in moments.machine.stages if stage.efficiency < 1.0]
-    every: list[tuple[Index, Array, Array]] = []
-    fleeting = np.zeros(count, bool)
-    for values, spread in zip(passed, spreads, strict=True):
-        noise = 1e-13 * np.abs(values).max(axis=(-2, -1))
-        crossings = cells.crossings(cells.fit(values), np.broadcast_to(noise[:, None], values.shape[:2]))
-        half = mesh.half[crossings.function, crossings.cell, 0]
-        inside = mesh.middle[crossings.function, crossings.cell, 0] + half * crossings.t
-        angle = np.where(crossings.t == 1.0, mesh.edges[crossings.function, crossings.cell + 1], inside)
-        slope = np.maximum(spread * np.abs(crossings.slope) / half, 1e-300)
-        width = np.sqrt(2.0 * ROUNDING * exchanged[crossings.function] / slope)
-        apart = np.abs(edges[crossings.function] - angle[:, None]).min(axis=1) > 1e-9 * cycle
-        design, angle, width = crossings.function[apart], angle[apart], width[apart]
-        close = (np.diff(design) == 0) & (np.diff(angle) < np.minimum(width[1:], width[:-1]))
-        fleeting[design[1:][close]] = True
-        every.append((design, angle, width))
-    design, angle, width = (np.concatenate(rows) for rows in zip(*every, strict=True))
-    order = np.lexsort((angle, design))
-    design, angle, width = design[order], angle[order], width[order]
-    first = design.searchsorted(np.arange(count + 1))
-    angles = np.full((count, int(np.diff(first).max(initial=0))), np.nan)
-    widths = angles.copy()
-    place = np.arange(design.size) - first[design]
-    angles[design, place], widths[design, place] = angle, width
-    return angles, widths, fleeting
-
-
-def _patterns(
-    moments: DesignMoments, good: NDArray[np.bool_], passed: list[Array], exchanged: Array
-) -> Iterator[tuple[Index, Array]]:
-    """Designs with as many reversals in each cell, and their angles (rad)."""
-    angles, _, fleeting = _reversals(moments, passed, exchanged)
-    ends = moments.mesh.edges[:, None, :]
-    counts = np.diff((angles[:, :, None] < ends).sum(axis=1), axis=1)
-    some = np.flatnonzero(good & ~fleeting)
-    if some.size:
-        patterns, group = np.unique(counts[some], axis=0, return_inverse=True)
-        for k, pattern in enumerate(patterns):
-            which = some[group.ravel() == k]
-            yield which, angles[which, : int(pattern.sum())]
-
-
-def _moved(moments: DesignMoments, cuts: Array, passed: list[Array], exchanged: Array) -> tuple[Array, Array, Array]:
-    """New ends of cells (rad), their distance from the present ones, infinite elsewhere, and which may be moved."""
-    angles, widths, fleeting = _reversals(moments, passed, exchanged)
-    same = (np.isfinite(angles).sum(axis=1) == cuts.shape[1]) & ~fleeting
-    if not cuts.shape[1] or angles.shape[1] < cuts.shape[1]:
-        return cuts, np.where(same, 0.0, np.inf), np.zeros(exchanged.shape)
-    angles, widths = angles[:, : cuts.shape[1]], widths[:, : cuts.shape[1]]
-    moved, allowed = np.abs(angles - cuts), np.maximum(widths, _CUT_MOVE * moments.structure.cycle)
-    worst = np.where(same, moved.max(axis=1), np.inf)
-    return np.where(same[:, None], angles, cuts), worst, np.where((moved <= allowed).all(axis=1), np.inf, 0.0)
+    return through_meshes(moments, moments.constant_losses(speed, unknown[:, None, None])), exchanged
 
 
 # -- the motions ---------------------------------------------------------------------------------------------------------
@@ -702,37 +619,17 @@ def _motions(
     solved, near = periodic_motions(around, speed, demand, first)
     if not moments.lossy:
         return _of_motion(moments, solved, demand, givens, near)
-    for which, cuts in _patterns(moments, near, *_passed(moments, solved)):
-        part = Demand(*(None if each is None else each[which] for each in demand))
-        finer = moments.cut(which, cuts)
-        nearest = solved._replace(moments=moments.of(which), state=State(*(each[which] for each in solved.state)))
-        state, some = carried(nearest, finer), givens.of(which)
-        reference: Any = np.asarray(solved.reference)[which]
-        for k in range(_MOST_CUTS):
-            again, good = periodic_motions(finer, reference, part, state)
-            state, reference = again.state, again.reference
-            angles, moved, slack = _moved(finer, cuts, *_passed(finer, again))
-            stands = good & (moved <= slack)
-            if (stands | ~np.isfinite(moved)).all():
-                break
-            if k + 1 < _MOST_CUTS:
-                cuts, finer = angles, moments.cut(which, angles)
-        of_some = _of_motion(finer, again, part, some, stands)
-        edge = again.extremes.cell + (again.extremes.t > 0.0)
-        cut = (np.abs(again.extremes.t) == 1.0) & ~np.isin(edge, finer.starts)
-        at_cut = np.where(cut.any(axis=1), np.maximum(_CUT_MOVE * moments.structure.cycle, moved), 0.0)
+    for cut in on_cut_cells(moments, solved, near, demand):
+        of_some = _of_motion(cut.moments, cut.solved, cut.demand, givens.of(cut.which), cut.success)
+        edge = cut.solved.extremes.cell + (cut.solved.extremes.t > 0.0)
+        at_cuts = (np.abs(cut.solved.extremes.t) == 1.0) & ~np.isin(edge, cut.moments.starts)
+        off = np.where(at_cuts.any(axis=1), np.maximum(CUT_MOVE * moments.structure.cycle, cut.moved), 0.0)
         for name in ("angle_speed_max", "angle_speed_min"):
-            of_some[1][name] = of_some[1][name] + at_cut
+            of_some[1][name] = of_some[1][name] + off
         for table, rows in ((values, of_some[0]), (errors, of_some[1])):
-            table.put(which, rows)
-        missed[which], closed_rows[which] = of_some[2], of_some[3]
+            table.put(cut.which, rows)
+        missed[cut.which], closed_rows[cut.which] = of_some[2], of_some[3]
     return values.rows, errors.rows, missed, closed_rows
-
-
-def _passed(moments: DesignMoments, solved: Periodic) -> tuple[list[Array], Array]:
-    """The torque through meshes with losses along motions (N m), and the work exchanged in a cycle (J)."""
-    state = solved.state
-    return moments.transmitted(solved.omega, state.unknown, state.inertia), moments.total(solved.rate.exchanged)
 
 
 def _of_motion(
@@ -754,10 +651,7 @@ def _of_motion(
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness
     total = inertia[:, None, None] + moments.inertia
     fading = np.abs(cells.integral(solved.rate.by_speed / (total * solved.omega), moments.mesh.half)).sum(axis=-1)
-    kept = closed_rows & (total.min(axis=(-2, -1)) > 0.0) & (fading <= STIFF) & (irregularity <= _MOST_ERROR)
-    kept &= (extremes.excess[:, 1] > -1.0) & (eps > 0.0) & (eps * (1.0 + irregularity) < 2.0)
-    if not balanced:
-        kept &= solved.damping >= -UNSTABLE
+    kept = closed_rows & (fading <= STIFF) & sound(solved, irregularity, _MOST_ERROR)
     values, errors = {"speed": speed}, {"speed": own.speed + 0.5 * eps * by_stiffness + _READING_ERROR}
     if balanced:
         errors["speed"] = _READING_ERROR + np.abs(speed / givens.speed - 1.0)
@@ -781,7 +675,8 @@ def _of_motion(
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
         figures: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
         run = Run(*figures)._replace(speed=speed, level=own.level)
-        for name, share in shares(names, DesignShaft(moments, givens, run, solved.omega)).items():
+        motor, ratio = moments.machine.scene.motor, 1.0 if givens.drive is None else givens.drive
+        for name, share in shares(names, MotorShafts(motor, ratio, run, solved)).items():
             values[f"{_LIMITED}{name}"], errors[f"{_LIMITED}{name}"] = share
     if givens.drive is not None:
         _add_power(moments, solved, cycle, values, errors, givens, errors["speed"] + 0.5 * eps * irregularity)

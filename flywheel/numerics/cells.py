@@ -80,13 +80,13 @@ class Cells(NamedTuple):
     @property
     def anchor(self) -> Array:
         """The middle of every cell, as a column."""
-        return self.phi[:, MIDDLE : MIDDLE + 1]
+        return self.phi[..., MIDDLE : MIDDLE + 1]
 
 
 def cells(edges: Array) -> Cells:
     """Cells between ascending edges (rad)."""
-    half = 0.5 * (edges[1:, None] - edges[:-1, None])
-    middle = edges[:-1, None] + half
+    half = 0.5 * (edges[..., 1:, None] - edges[..., :-1, None])
+    middle = edges[..., :-1, None] + half
     return Cells(edges, middle, half, middle + half * NODES)
 
 
@@ -305,7 +305,12 @@ def tail(first: Any, middle: Any, last: Any) -> Any:
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:
     """The greatest change of series (..., cells, ORDER) in each cell by rounding of the angles: large in steep cells."""
     steepness = np.abs(series @ _DIFFERENTIATE) @ _ONES[: series.shape[-1]]
-    return np.asarray(ROUNDING * mesh.edges[1:] / mesh.half[:, 0] * steepness)
+    return np.asarray(ROUNDING * mesh.edges[..., 1:] / mesh.half[..., 0] * steepness)
+
+
+def number(values: Any) -> Any:
+    """A number of one function as a float; an array of those of many."""
+    return float(values) if np.ndim(values) == 0 else values
 
 
 def wide(values: Any, shape: tuple[int, ...]) -> Array:

@@ -131,6 +131,7 @@ class Branch:
     def __init__(self, machine: Machine, speed: float, unknown: float = 0.0, mean: float | None = None) -> None:
         self.machine, self.speed, self.unknown, self.mean = machine, speed, unknown, mean
         self.motions: dict[float, OwnMotion] = {}
+        self.others: dict[float, Callable[[], OwnMotion]] = {}  # motions that are taken up when they are the nearest
 
     def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> Finding:
         """The finding with one flywheel (kg m² on the crank), at a relative error of rtol in the irregularity.
@@ -156,6 +157,17 @@ class Branch:
         if finding.motion is not None:
             self.motions[inertia] = finding.motion
         return finding
+
+    def sized(self, irregularity: float, inertia: float, rtol: float) -> OwnMotion | None:
+        """The motion with an irregularity, at a relative error of rtol in its flywheel, from the one nearest to an inertia.
+
+        None without one.
+        """
+        if (near := self.nearest(inertia)) is None:
+            return None
+        demand = Demand(None, irregularity, self.mean)
+        search = partial(periodic_motion.own_motion, self.machine, near.speed, demand, inertia, self.unknown, rtol)
+        return self._stable(inertia, partial(search, near=near)).motion
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
         """A motion by every method, as coarsely as the effort requires."""
@@ -271,7 +283,12 @@ class Branch:
             return None
         own = float(next(iter(self.motions.values())).solved.moments.inertia.max())
         own = max(own, 1e-9 * max(self.motions), 1e-300)
-        best = min(self.motions, key=lambda other: abs(math.log((other + own) / (inertia + own))))
+        best = min({**self.motions, **self.others}, key=lambda other: abs(math.log((other + own) / (inertia + own))))
+        if best not in self.motions:
+            finding = self._stable(best, self.others.pop(best))
+            if finding.motion is None:
+                return self.nearest(inertia)
+            self.motions[best] = finding.motion
         return self.motions[best]
 
 

@@ -379,23 +379,29 @@ def unevenness(moments: Moments, reference: float, even: State) -> Array:
     return excess
 
 
-def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
+def with_inertia(state: State, moments: Moments, reference: Any, inertia: Any) -> State:
     """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if it would stop.
 
-    The first suits loads that do not depend on speed, the second those that depend mainly on it.
+    The first suits loads that do not depend on speed, the second those that depend mainly on it. Of many motions each is
+    treated by itself.
     """
-    variation, square = _Inertia(moments), reference**2
+    variation, square = _Inertia(moments), np.asarray(reference) ** 2
 
-    def excess(energy: Array, varies: Array, own: float) -> Array:
-        return np.asarray((2 * energy - square * varies) / (square * (own + variation.start + varies)))
+    def beside(number: Any, varies: Array) -> Array:
+        number = np.asarray(number)
+        return np.asarray(number.reshape(*number.shape, *[1] * (varies.ndim - number.ndim)))
 
-    now, then = (1.0 + excess(state.nodes[:, 0], variation.nodes, own) for own in (state.inertia, inertia))
-    if (then > _KEPT * now).all():
-        return state._replace(inertia=inertia)
+    def excess(energy: Array, varies: Array, own: Any) -> Array:
+        base, start = beside(square, varies), beside(own + variation.start, varies)
+        return np.asarray((2 * energy - base * varies) / (base * (start + varies)))
+
+    now, then = (1.0 + excess(state.nodes[..., 0, :], variation.nodes, own) for own in (state.inertia, inertia))
+    stops = ~(then > _KEPT * now).all(axis=(-2, -1))
     nodes, edges = state.nodes.copy(), state.edges.copy()
-    for values, varies in ((nodes, variation.nodes), (edges, variation.edges)):
-        s = excess(values[:, 0], varies, state.inertia)
-        values[:, 0] = 0.5 * square * (varies + s * (inertia + variation.start + varies))
+    for values, varies in ((nodes[..., 0, :], variation.nodes), (edges[..., 0], variation.edges)) if np.any(stops) else ():
+        s = excess(values, varies, state.inertia)
+        faster = 0.5 * beside(square, varies) * (varies + s * (beside(inertia + variation.start, varies) + varies))
+        values[...] = np.where(beside(stops, varies), faster, values)
     return State(nodes, edges, inertia, state.unknown)
 
 

@@ -123,6 +123,7 @@ def own_motion(
     rtol: float,
     *,
     directly: bool = False,
+    near: OwnMotion | None = None,
 ) -> OwnMotion:
     """The steady motion with a given flywheel, or with the one for an irregularity, at an error within rtol.
 
@@ -134,6 +135,7 @@ def own_motion(
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
         directly: true to try only methods without intermediate motions.
+        near: a motion from which alone it is searched for.
 
     Raises:
         NoRegimeError: if there is no such motion, or none that can be resolved.
@@ -143,11 +145,12 @@ def own_motion(
 
     """
     search = _Search(machine, reference, demand, rtol)
-    if demand.inertia is None and (even := search.with_flywheel(0.0).even(0.0, unknown)) is not None:
+    if near is None and demand.inertia is None and (even := search.with_flywheel(0.0).even(0.0, unknown)) is not None:
         return even
     if demand.inertia == 0.0 and search.weightless():
         return search.vanishing(unknown)
-    motion = _checked(search.motion(guess if demand.inertia is None else demand.inertia, unknown, directly=directly))
+    inertia = guess if demand.inertia is None else demand.inertia
+    motion = _checked(search.motion(inertia, unknown, directly=directly) if near is None else search.from_another(near))
     if demand.inertia is not None or motion.inertia <= 0.0:
         return motion
     solved, inertia = motion.solved, motion.inertia
@@ -190,6 +193,18 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
         return search.vanishing(other.solved.state.unknown, other)
     even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
     return even or _checked(search.from_another(other))
+
+
+def own_motion_again(machine: Machine, solved: Periodic, demand: Demand, rtol: float) -> OwnMotion:
+    """The steady motion with a given flywheel, from one that was solved on cells which may end where its laws switch.
+
+    Raises:
+        NoRegimeError: if its error is not within rtol, and finer cells do not mend it.
+
+    """
+    base, edges = machine.mesh, solved.moments.mesh.edges
+    search = _Search(machine, solved.reference, demand, rtol)
+    return _checked(search.refinement(solved, base, edges[~np.isin(edges, base)]))
 
 
 def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array, own: Array, rtol: float) -> OwnMotion:

@@ -172,23 +172,22 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         spread: see `spread_of_closing`.
 
     """
-    half = mesh.half[:, 0]
     series = cells.fit(values[:3])
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
     tails = cells.tails(series)
-    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
-    by_cell[0] *= spread
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[..., 0]
+    by_cell[0] *= np.asarray(spread)[..., None]
     peaks = np.abs(values[1:]).max(axis=-1)
-    inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
-    exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
+    inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[..., -1:] * peaks[0]
+    exchanged, slope_exchanged = (cells.number(row) for row in cells.total(values[3:], mesh.half))
     # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
-    rows = values[:2].reshape(2, -1)
-    swings = rows[:, 1:] - rows[:, :-1]
-    by_angle = BY_ANGLES * np.hypot.reduce(swings * mesh.phi.reshape(-1)[1:], axis=1) + SHIFT * np.abs(swings).sum(axis=1)
-    net, turn = by_angle.tolist()
+    rows, angles = (each.reshape(*each.shape[:-2], -1) for each in (values[:2], mesh.phi))
+    swings = rows[..., 1:] - rows[..., :-1]
+    by_angle = BY_ANGLES * np.hypot.reduce(swings * angles[..., 1:], axis=-1) + SHIFT * np.abs(swings).sum(axis=-1)
+    net, turn = (cells.number(row) for row in by_angle)
     net += MOMENT_ROUNDING * exchanged
-    interpolation = by_cell.sum(axis=1).tolist()
+    interpolation = [cells.number(row) for row in by_cell.sum(axis=-1)]
     work = interpolation[0] + spread * net
     variation = interpolation[1] + MOMENT_ROUNDING * slope_exchanged + turn
     return Cycle(
@@ -196,12 +195,12 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         series=series,
         rising=rising,
         start=start,
-        inertia_at_start=float(cells.ends(series[2, 0])[0]),
+        inertia_at_start=cells.number(cells.ends(series[2, ..., 0, :])[..., 0]),
         balance=balance,
-        net=float(start[0, -1]),
+        net=cells.number(start[0, ..., -1]),
         exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
-        errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
+        errors=CycleErrors(work, variation, cells.number(inertias.max(axis=-1)), by_cell, inertias),
         balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
 
@@ -647,13 +646,9 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
 
 
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
-    """The cycle in which F is as given at the nodes; `unknown` is None if the scene has none."""
+    """The cycle in which F is as given at the nodes, or those of many motions; `unknown` is None if it has no value."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
     by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
-    return assembled(
-        moments.mesh,
-        values,
-        unknown,
-        by_unknown=by_unknown,
-        spread=spread_of_closing(rate, moments.mesh, balanced=unknown is not None),
-    )
+    balanced = moments.machine.scene.unknown is not None
+    spread = spread_of_closing(rate, moments.mesh, balanced=balanced)
+    return assembled(moments.mesh, values, unknown, by_unknown=by_unknown, spread=spread)

@@ -8,7 +8,8 @@ of about 0.001 down to none, a few per decade; at each peak and trough of a figu
 grid the figure tends to that at infinite inertia like 1/J. Between inertias on either side of a limit the crossing is found
 by inverse interpolation, at the required error.
 
-Each motion is found from that with the nearest flywheel, so that all lie on one branch. A flywheel whose motion is neither
+Each motion is found from that with the nearest flywheel, so that all lie on one branch; those of the grid together, as far
+as each continues the one before (`regime.several_motions`). A flywheel whose motion is neither
 found nor shown not to exist counts neither as kept nor as broken. One search serves machines, duties, and many designs at
 once (`Search`): it requests the figures with one flywheel after another, and its caller computes them.
 
@@ -20,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeVar
 
@@ -32,9 +34,10 @@ from flywheel.numerics.units import figure
 from flywheel.regime.branch import Branch, Existence
 from flywheel.regime.cycle_equations import NoRegimeError
 from flywheel.regime.periodic_motion import OwnMotion
+from flywheel.regime.several_motions import lighter_motions
 from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
-from flywheel.sizing.motor import IRREGULARITY, MotorShaft, Share, of_motor, shares
+from flywheel.sizing.motor import IRREGULARITY, MotorShaft, MotorShafts, Share, of_motor, shares
 from flywheel.sizing.results import Limit, Regime, Sizing
 
 _COARSE = 1e-4  # error of trial motions
@@ -215,15 +218,15 @@ class Search:
         count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
         return [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
 
-    def _scanned(self) -> Steps[list[FlywheelPoint]]:
-        """Flywheels from the heaviest down to none, the lightest first.
+    def scan(self) -> Steps[None]:
+        """Finds the figures on the grid, from the heaviest flywheel down to none, unless they are known.
 
         If several in a row have no motion, the search continues with no flywheel, and from there with heavier ones as long
         as they have a motion. A machine that stops with one flywheel also stops with any lighter one, unless its motor
         swings.
         """
-        inertias = self.inertias
-        points, lost = list[FlywheelPoint](), 0
+        inertias = [] if self.grid else self.inertias
+        points, lost = self.grid[::-1], 0
         while inertias and lost < _IN_TURN:
             points.append((yield inertias.pop(0), _COARSE))
             lost = 0 if points[-1].motions else lost + 1
@@ -234,7 +237,7 @@ class Search:
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
             light.append((yield inertias.pop(), _COARSE))
-        return light + points[::-1]
+        self.grid = light + points[::-1]
 
     def _extrapolated(self) -> Steps[None]:
         """Finds the figures at infinite inertia from two large ones: they converge like 1/J, or faster."""
@@ -254,7 +257,7 @@ class Search:
 
         """
         limit = self.limits[name]
-        self.grid = self.grid or (yield from self._scanned())
+        yield from self.scan()
         yield from self._narrow(name, limit)
         points = yield from self._with_extremes(name, limit)
         states = [point.state(name, limit) for point in points]
@@ -480,29 +483,6 @@ def _vertex(points: Sequence[tuple[float, float]]) -> float:
     return b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else np.nan
 
 
-def along_branch(
-    machine: Machine, figures: Figures, unknown: float
-) -> tuple[Callable[[float, float], FlywheelPoint], tuple[float, float]]:
-    """Flywheels on the crank of one machine with their motions and figures, at an error, and the `extent` of inertias.
-
-    Args:
-        machine: a machine whose torques depend on speed.
-        figures: those at a constant speed.
-        unknown: a first guess of the scene's unknown.
-
-    """
-    branch = Branch(machine, figures.speed, unknown, figures.speed if machine.scene.unknown is not None else None)
-
-    def at(inertia: float, rtol: float) -> FlywheelPoint:
-        finding = branch.at(inertia, rtol)
-        if finding.motion is None:
-            return FlywheelPoint(inertia, finding.existence)
-        return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
-
-    irregularity = requirements_of(machine.scene).get(IRREGULARITY, 2.0)
-    return at, extent(figures.fluctuation, figures.reduced_inertia.max, figures.speed, irregularity)
-
-
 def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
     """Inertias (kg m² on the crank): a negligible one, and one with which the speed is nearly constant.
 
@@ -559,28 +539,71 @@ def broken_beyond(spans: Sequence[Span], inertia: float, square: float = 1.0) ->
     )
 
 
-def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by_irregularity: OwnMotion | None) -> Smallest:
+def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> Smallest:
     """The motion with the smallest flywheel that keeps all limits of a scene.
+
+    The motions of the grid are found together, as far as each continues that of the flywheel before; the others, and all at
+    the required error, one by one from the nearest. Where the irregularity is crossed, the flywheel is solved for with it.
 
     Args:
         machine: a machine whose torques depend on speed.
         figures: those at a constant speed.
         unknown: a first guess of the scene's unknown.
         rtol: required relative error of the inertia.
-        by_irregularity: the motion with the required irregularity, if sized.
 
     Raises:
         SceneError: for limits that no flywheel reaches, or that none keeps together.
         NoRegimeError: if there is no steady motion even with a heavy flywheel.
 
     """
-    scene = machine.scene
-    at, ends = along_branch(machine, figures, unknown)
-    search = Search(requirements_of(scene), *ends, rtol, swings=circuit_of(scene) is not None)
-    if by_irregularity is not None and by_irregularity.inertia > 0.0:
-        own, shares = by_irregularity.inertia, shares_along(machine, by_irregularity, rtol)
-        search.points[own] = FlywheelPoint(own, Existence.MOTION, (by_irregularity,), shares)
-    return answered(_smallest(scene, search, by_irregularity), at)
+    scene, requirements = machine.scene, requirements_of(machine.scene)
+    branch = Branch(machine, figures.speed, unknown, figures.speed if scene.unknown is not None else None)
+    ends = extent(figures.fluctuation, figures.reduced_inertia.max, figures.speed, requirements.get(IRREGULARITY, 2.0))
+    search = Search(requirements, *ends, rtol, swings=circuit_of(scene) is not None)
+    at, together, left = partial(_at, machine, branch), dict[float, FlywheelPoint](), search.inertias
+
+    def of_grid(inertia: float, error: float) -> FlywheelPoint:
+        nonlocal left
+        if inertia not in together and inertia in left and branch.motions:
+            left = left[left.index(inertia) :]
+            lighter = dict(_lighter(machine, branch, left))
+            together.update(lighter)
+            left = left if lighter else []  # else the others will not be found together, either
+        return together[inertia] if inertia in together else at(inertia, error)
+
+    answered(search.scan(), of_grid)
+    for before, after in pairwise(search.grid) if IRREGULARITY in requirements else ():
+        states = [point.state(IRREGULARITY, requirements[IRREGULARITY]) for point in (before, after)]
+        if set(states) == {LimitState.KEPT, LimitState.BROKEN}:
+            sized = branch.sized(requirements[IRREGULARITY], after.inertia, rtol)
+            if sized is not None and before.inertia < sized.inertia < after.inertia:
+                own = shares_along(machine, sized, rtol)
+                search.points[sized.inertia] = FlywheelPoint(sized.inertia, Existence.MOTION, (sized,), own)
+    return answered(_smallest(scene, search), at)
+
+
+def _at(machine: Machine, branch: Branch, inertia: float, rtol: float) -> FlywheelPoint:
+    """A flywheel (kg m² on the crank) with its motion and figures, at an error."""
+    finding = branch.at(inertia, rtol)
+    if finding.motion is None:
+        return FlywheelPoint(inertia, finding.existence)
+    return FlywheelPoint(inertia, finding.existence, (finding.motion,), shares_along(machine, finding.motion, rtol))
+
+
+def _lighter(machine: Machine, branch: Branch, inertias: Sequence[float]) -> Iterator[tuple[float, FlywheelPoint]]:
+    """Lighter and lighter flywheels (kg m² on the crank) with their figures, as far as their motions are known together."""
+    scene, requirements, heavier = machine.scene, requirements_of(machine.scene), branch.nearest(inertias[0])
+    whole = scene.motor is not None and scene.motor.whole_heat is not None  # which it gives along one motion alone
+    if heavier is None or heavier.inertia <= inertias[0] or (whole and "motor_heat" in requirements):
+        return
+    ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
+    for motions, places in lighter_motions(machine, heavier, np.array(inertias), branch.mean, _COARSE):
+        figures = shares(requirements, MotorShafts(scene.motor, ratio, motions.runs(), motions.solved))
+        for row, inertia in ((row, inertias[place]) for row, place in enumerate(places) if place >= 0):
+            branch.others[inertia] = partial(motions.again, row, branch.mean, _COARSE)
+            each = {name: Share(float(share.value[row]), float(share.error[row])) for name, share in figures.items()}
+            if all(share.error <= _COARSE * requirements[name] for name, share in each.items()):
+                yield inertia, FlywheelPoint(inertia, Existence.MOTION, (motions,), each)
 
 
 def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span]], float, float]]:
@@ -603,7 +626,7 @@ def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span
     return spans, *next((span.first, span.error) for span in together(spans.values()) if span.state is LimitState.KEPT)
 
 
-def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -> Steps[Smallest]:
+def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     """The same from a search, for the flywheels that it has computed."""
     square = scene.flywheel_ratio**2
     spans, inertia, error = yield from first_kept(search, square)
@@ -611,8 +634,9 @@ def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -
     point = yield from search.closely(inertia)
     if not point.motions:
         raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
-    if by_irregularity is not None and inertia == by_irregularity.inertia > 0.0:
-        error = by_irregularity.inertia_error
+    motion = point.motions[0]
+    if motion.solved.sensitivity is not None:  # solved for with the irregularity
+        error = motion.inertia_error
     figures = dict(point.shares)
     if inertia > 0.0:  # what the error of the inertia makes of each
         beside = (yield from search.closely(inertia * (1.0 + _BESIDE))).shares
@@ -622,7 +646,7 @@ def _smallest(scene: Scene, search: Search, by_irregularity: OwnMotion | None) -
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))
     broken = broken_beyond(together(spans.values()), inertia, square)
-    return Smallest(point.motions[0], error, limits, binding, broken, messages)
+    return Smallest(motion, error, limits, binding, broken, messages)
 
 
 def _percent(share: float, error: float = 0.0) -> str:

@@ -21,6 +21,7 @@ from flywheel.scene.scene import Scene
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
     from flywheel.components.motors.motor import Law
+    from flywheel.regime.cycle_equations import Periodic
 
 
 AnyFigures = TypeVar("AnyFigures")
@@ -134,7 +135,7 @@ class MotorShaft:
             # cells that hold neither extreme need not be fine
             near = (most + tails >= high - tail) | (least - tails <= low + tail)
             worst = np.where(near, tails, 0.0).max(axis=-1)
-            figures = _number(low[..., 0]), _number(high[..., 0]), _number(worst + off)
+            figures = cells.number(low[..., 0]), cells.number(high[..., 0]), cells.number(worst + off)
             return figures, (worst + off) / size, lambda share: near & (tails > share * worst)
 
         return self.refined(evaluated, 0.1 * self.rtol)
@@ -175,12 +176,34 @@ class MotorShaft:
         mesh, omega, value, slope, time, mean, missed = self.refined(evaluated, self.rtol)
         by_speed = (slope + np.abs(value - mean[..., None, None]) / omega) * self.speed_error(omega) / omega
         error = cells.integral(by_speed, mesh.half).sum(axis=-1) / time + missed + 24 * ROUNDING * np.abs(mean)
-        return _number(mean), _number(error), mesh
+        return cells.number(mean), cells.number(error), mesh
 
 
-def _number(values: Any) -> Any:
-    """A number of one motion as a float; an array of those of many."""
-    return float(values) if np.ndim(values) == 0 else values
+class MotorShafts(MotorShaft):
+    """The shafts of motors along many motions, on the cells of these.
+
+    Args:
+        motor: that all have, perhaps with parameters of each.
+        ratio: speed of each shaft over its crank's; a number, or one for each motion.
+        run: the motions' speeds and errors, arrays.
+        solved: the motions.
+
+    """
+
+    def __init__(self, motor: Motor | None, ratio: Any, run: Run, solved: Periodic) -> None:
+        speed: Any = run.speed
+        self.motor, self.run, self.mean, self.along, self.rtol = motor, run, speed, None, 0.0
+        self.mesh, self.speeds = solved.moments.mesh, solved.omega
+        self.ratio: Any = np.broadcast_to(ratio, speed.shape)[:, None, None]
+        self.has_states, self.states_error = False, 0.0
+
+    def omega(self, mesh: Cells) -> Array:
+        """Speeds of the cranks, rad/s."""
+        return self.speeds
+
+    def refined(self, evaluated: Callable[[Cells], tuple[AnyFigures, Any, Coarse]], rtol: float) -> AnyFigures:
+        """The outcome on the motions' own cells: other cells are tried only for one motion by itself."""
+        return evaluated(self.mesh)[0]
 
 
 def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[Any, Any]:
@@ -249,11 +272,11 @@ def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
         rated = motor.rated.torque
         if name == "motor_torque":
             least, most, error = shaft.extremes(shaft.torque_law)
-            figures[name] = Share(_number(np.maximum(most, -least)) / rated, (error + shaft.torque_error) / rated)
+            figures[name] = Share(cells.number(np.maximum(most, -least)) / rated, (error + shaft.torque_error) / rated)
         elif name == "motor_rms":
             square, error, _ = shaft.mean_square(shaft.torque_law)
-            root = _number(np.sqrt(np.maximum(square, 0.0)))
-            own = 0.5 * error / _number(np.maximum(np.maximum(root, np.sqrt(error)), 1e-300)) + shaft.torque_error
+            root = cells.number(np.sqrt(np.maximum(square, 0.0)))
+            own = 0.5 * error / cells.number(np.maximum(np.maximum(root, np.sqrt(error)), 1e-300)) + shaft.torque_error
             figures[name] = Share(root / rated, own / rated)
         elif name == "motor_heat":
             figures[name] = Share(*heat_share(motor, shaft))

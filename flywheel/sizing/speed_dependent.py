@@ -260,11 +260,8 @@ def _inertialess_regime(
 # -- the motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float, *, briefly: bool = False) -> OwnMotion:
-    """The motion with the given flywheel, with the needed one, or with none if none is needed.
-
-    briefly: true to look for a needed one by direct methods alone, and to raise their error if they fail.
-    """
+def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
+    """The motion with the given flywheel, with the needed one, or with none if none is needed."""
     scene, speed = machine.scene, figures.speed
     mean = speed if scene.unknown is not None else None
 
@@ -299,13 +296,11 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float, *, 
     if damped and (alone := without(directly=True)) is not None and not _unstable(alone):
         return alone
     try:
-        motion = solved(None, guess, directly=briefly or not damped)
-        motion = solved(None, guess) if _unstable(motion) and not briefly else motion
+        motion = solved(None, guess, directly=not damped)
+        motion = solved(None, guess) if _unstable(motion) else motion
     except (NoRegimeError, BudgetError):  # of machines as even as asked without a flywheel none is found: these come first
         if not damped and (alone := without(directly=True)) is not None and not _unstable(alone):
             return alone
-        if briefly:
-            raise
         try:
             motion = solved(None, guess)
         except (NoRegimeError, BudgetError) as error:
@@ -315,10 +310,8 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float, *, 
     if motion.inertia > 0.0:
         return motion
     try:
-        return solved(0.0, 0.0, directly=briefly)
+        return solved(0.0, 0.0)
     except (NoRegimeError, BudgetError) as error:
-        if briefly:
-            raise
         raise refused(0.0, 0.0, error) from None
 
 
@@ -329,15 +322,8 @@ def _unstable(motion: OwnMotion) -> bool:
 
 def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> limits.Smallest:
     """The motion with the smallest flywheel that keeps a scene's limits, if heavier ones may break them."""
-    sized = None
-    if machine.scene.irregularity is not None:
-        try:
-            sized = _motion(machine, figures, unknown, rtol, briefly=bool(of_motor(machine.scene)))
-        except (NoRegimeError, SceneError):  # the search finds where the irregularity is kept
-            sized = None
-    sized = None if sized is None or _unstable(sized) else sized
     try:
-        return limits.smallest(machine, figures, unknown, rtol, sized)
+        return limits.smallest(machine, figures, unknown, rtol)
     except NoRegimeError as error:
         if machine.scene.irregularity is not None:
             _motion(machine, figures, unknown, rtol)  # whose refusal names the reason
