@@ -451,7 +451,8 @@ class Machine:
         parts: list[Any] = [self._geometry, self.friction]
         for effort in self.efforts:
             law = effort.load.law
-            parts.append(effort.load if isinstance(law, Table) else effort.load._replace(law=None, model="", factor=1.0))
+            plain = effort.load._replace(law=None, model="", quantities=(), factor=1.0)
+            parts.append(effort.load if isinstance(law, Table) else plain)
             if isinstance(law, Expression) and POSITION & law.names:
                 used = sorted((name, value) for name, value in effort.constants.items() if name in law.names)
                 parts += [law.tree, used, self.typical_speed if effort.uses_speed else None]

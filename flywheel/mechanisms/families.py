@@ -11,7 +11,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
@@ -619,8 +619,7 @@ class Ends(NamedTuple):
         return sum(way.tolist()) if (way >= -_FLAT * (self.high - self.low)).all() else None
 
 
-_KEPT_ENDS = 64
-_ends: dict[bytes, Ends] = {}  # of the last ports, by what they depend on
+_MOST_PORTS = 64  # whose ends are kept
 
 
 def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
@@ -642,10 +641,20 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     (0.3, 0.5)
 
     """
-    recorded: list[Any] = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
-    key = b"" if recorded else pickle.dumps((mechanism.unweighed(), port, dict(parameters)))
-    if key in _ends:
-        return _ends[key]
+    recorded = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
+    if not recorded:
+        return _plain_ends(pickle.dumps((mechanism.unweighed(), port, dict(parameters))))
+    return _reversals(mechanism, port, parameters, recorded)
+
+
+@lru_cache(maxsize=_MOST_PORTS)
+def _plain_ends(arguments: bytes) -> Ends:
+    """The ends of a port by its mechanism, name and parameters, pickled: mechanisms themselves have no hash."""
+    mechanism, port, parameters = pickle.loads(arguments)
+    return _reversals(mechanism, port, parameters, [])
+
+
+def _reversals(mechanism: Mechanism, port: str, parameters: Mapping[str, float], recorded: list[Any]) -> Ends:
     family = plain = build(mechanism, parameters)
     velocity = family.ports[port].velocity
     if recorded:
@@ -689,12 +698,7 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
         defect = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
         raise SceneError([Fault(mechanism.path, defect, "a port that moves")]) from None
     psi = np.array(sorted({*edges, *(now_at(*each) if recorded else each[1] for each in inner)}))
-    ends = Ends(psi, displacement(psi), period, displacement)
-    if key:
-        _ends[key] = ends
-    for oldest in list(_ends)[:-_KEPT_ENDS]:
-        _ends.pop(oldest, None)
-    return ends
+    return Ends(psi, displacement(psi), period, displacement)
 
 
 def _flow(family: Family, velocity: str, position: Any) -> tuple[Any, Any]:

@@ -18,7 +18,7 @@ from flywheel.components import load_models
 from flywheel.mechanisms.families import Ends, ends_of
 from flywheel.numerics.expressions import Expression, Node, expression_of, numeral
 from flywheel.numerics.faults import SceneError, coordinate_text, quote, show
-from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_unit
+from flywheel.numerics.units import DIMENSIONS, LARGEST, QuantityError, convert, parse_unit
 from flywheel.reading.fields import (
     TOLERANCE,
     Faults,
@@ -49,6 +49,7 @@ from flywheel.scene.scene import (
     Law,
     Load,
     Mechanism,
+    Quantity,
     Range,
     SingleStroke,
     Spring,
@@ -106,12 +107,13 @@ class Site(NamedTuple):
         return None
 
 
-class Modelled(NamedTuple):
-    """The law of a model, and its description; the piston's area (m²) if it is a gas."""
+Modelled = tuple[Expression | Table, str, tuple[Quantity, ...], float | None]
+"""The law of a model, its description with the quantities in it, and the piston's area (m²) if it is a gas."""
 
-    law: Expression | Table
-    text: str
-    piston: float | None = None
+
+def _stated(value: float, dimension: str) -> Quantity:
+    """A quantity of a description."""
+    return f"{value:.6g} {DIMENSIONS[dimension].si}", value, dimension
 
 
 def read_model(raw: object, path: str, site: Site | None, faults: Faults) -> Modelled | None:
@@ -160,26 +162,26 @@ def _effort(item: Item, site: Site) -> str:
     return own
 
 
-def _resisting(item: Item, site: Site, law: load_models.Resistance, text: str) -> Modelled | None:
+def _resisting(item: Item, site: Site, law: load_models.Resistance, text: str, *quantities: Quantity) -> Modelled | None:
     """A resistance as a law of the speed, if there is no fault."""
     if not item.clean:
         return None
     variable = "omega" if site.on_shaft else "v"
-    return Modelled(load_models.resistance_law(law, variable), f"{item.section.name}: {text}")
+    return load_models.resistance_law(law, variable), f"{item.section.name}: {text}", quantities, None
 
 
 def _constant(item: Item, site: Site) -> Modelled | None:
     """A force or torque that does not depend on speed."""
     own = _effort(item, site)
     item.needs(own, f'"{site.place.name}" takes one')
-    value = item.number(own)
-    return _resisting(item, site, load_models.Resistance(value), f"{value:.6g} {site.unit} against the motion")
+    effort = _stated(item.number(own), own)
+    return _resisting(item, site, load_models.Resistance(effort[1]), f"{effort[0]} against the motion", effort)
 
 
 def _fan(item: Item, site: Site) -> Modelled | None:
     """A quadratic law through one point."""
     own = _effort(item, site)
-    at, other, unit = ("speed", "velocity", "rad/s") if site.place.rotating else ("velocity", "speed", "m/s")
+    at, other = ("speed", "velocity") if site.place.rotating else ("velocity", "speed")
     item.without([other], f'on "{site.place.name}"', f"give a {at}")
     item.needs(at, "the characteristic passes through one point")
     exactly_one(item.present(own, "power"), (own, "power"), item.path, item.faults)
@@ -188,7 +190,8 @@ def _fan(item: Item, site: Site) -> Modelled | None:
     if constant > effort:
         item.add("constant", f"{constant:.6g} {site.unit}", f"at most the {effort:.6g} {site.unit} taken at that {at}")
     law = load_models.Resistance(constant, 0.0, load_models.quadratic_coefficient(effort, speed, constant))
-    return _resisting(item, site, law, f"{effort:.6g} {site.unit} at {speed:.6g} {unit}")
+    point = _stated(effort, own), _stated(speed, at)
+    return _resisting(item, site, law, " at ".join(text for text, *_ in point), *point)
 
 
 def _losses(item: Item, site: Site) -> Modelled | None:
@@ -197,8 +200,10 @@ def _losses(item: Item, site: Site) -> Modelled | None:
     present = item.present(*names)
     if not present:
         item.faults.add(item.path, f"none of {', '.join(names)}", "one of them at least")
-    law = load_models.Resistance(*map(item.number, names))
-    return _resisting(item, site, law, ", ".join(f"{name} {item.raw[name]}" for name in present))
+    law, constant = load_models.Resistance(*map(item.number, names)), item.raw.get("constant")
+    written = (constant, law.constant, "torque" if site.place.rotating else "force")
+    quantities = (written,) if isinstance(constant, str) else ()
+    return _resisting(item, site, law, ", ".join(f"{name} {item.raw[name]}" for name in present), *quantities)
 
 
 def _belt(item: Item, site: Site) -> Modelled | None:
@@ -223,7 +228,8 @@ def _belt(item: Item, site: Site) -> Modelled | None:
             if tight > most * slack * (1 + _SLIPS):
                 defect = f"a tight side of {tight:.6g} N on a slack side of {slack:.6g} N"
                 item.add("tight", defect, f"at most {most:.6g} times the slack side", "it slips; tighten the slack side")
-    return _resisting(item, site, load_models.Resistance(torque), f"{torque:.6g} N m against the motion")
+    drag = _stated(torque, "torque")
+    return _resisting(item, site, load_models.Resistance(torque), f"{drag[0]} against the motion", drag)
 
 
 # -- presses and punches -----------------------------------------------------------------------------------------------
@@ -276,7 +282,8 @@ def _press(item: Item, site: Site) -> Modelled | None:
         return None
     energy, shape = _energy(item, source), item.fields["shape"]
     law = load_models.shaft_law(energy, site.window, site.every, site.setting.shafts[site.place.name], shape)
-    return Modelled(law, f"{item.section.name}: {energy:.6g} J, {shape}, over the load's window")
+    work = _stated(energy, "energy")
+    return law, f"{item.section.name}: {work[0]}, {shape}, over the load's window", (work,), None
 
 
 def _energy(item: Item, source: str) -> float:
@@ -306,7 +313,7 @@ def _press_on_port(item: Item, site: Site, source: str, by_sheet: bool) -> Model
     ends = site.ends(item)
     if ends is None:
         return None
-    high, shape, unit = item.fields["end"] == "max", item.fields["shape"], "rad" if site.place.rotating else "m"
+    high, shape = item.fields["end"] == "max", item.fields["shape"]
     past, stroke, energy = item.number("overtravel"), ends.high - ends.low, _energy(item, source)
     if "angle" in item.raw:
         angle = item.number("angle")
@@ -327,7 +334,8 @@ def _press_on_port(item: Item, site: Site, source: str, by_sheet: bool) -> Model
             return None
     press = load_models.Press(load_models.greatest_force(energy, travel, shape), travel, shape, past)
     law = load_models.press_law(press, ends.high if high else ends.low, high)
-    return Modelled(law, f"{item.section.name}: {energy:.6g} J a stroke, {shape}, over {travel:.6g} {unit} before its end")
+    work, way = _stated(energy, "energy"), _stated(travel, "angle" if site.place.rotating else "length")
+    return law, f"{item.section.name}: {work[0]} a stroke, {shape}, over {way[0]} before its end", (work, way), None
 
 
 # -- gas on a piston ---------------------------------------------------------------------------------------------------
@@ -404,7 +412,7 @@ def _indicator(item: Item, site: Site) -> Modelled | None:
         return None
     sense = 1.0 if item.fields["side"] == "max" else 0.0
     force = load_models.gas_force(table.value, load_models.Space(area, sense, 1.0 - sense), atmosphere)
-    return Modelled(replace(table, value=force), f"indicator: {table.angle.size} rows against angle", area)
+    return replace(table, value=force), f"indicator: {table.angle.size} rows against angle", (), area
 
 
 def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Modelled | None:
@@ -436,7 +444,7 @@ def _against_way(item: Item, site: Site, area: float, atmosphere: float) -> Mode
             return None
         diagram = load_models.Indicator((way - way[0]) / (way[-1] - way[0]), *pressures)
         law = load_models.indicator_law(diagram, _space(area, ends, item.fields["side"]), atmosphere)
-        return Modelled(law, f"indicator: {rows} rows against the piston's way", area)
+        return law, f"indicator: {rows} rows against the piston's way", (), area
     return None
 
 
@@ -482,9 +490,9 @@ def _compressor(item: Item, site: Site) -> Modelled | None:
     other = _space(crank_end, ends, "min" if side == "max" else "max")
     spaces = (_space(bore, ends, side), *([other] if double else []))
     law = load_models.compressor_law(cycle, spaces, item.number("atmosphere"))
-    work = sum(load_models.compressor_work(cycle, space.area * space.stroke) for space in spaces)
+    work = _stated(sum(load_models.compressor_work(cycle, space.area * space.stroke) for space in spaces), "energy")
     acting = "double" if double else "single"
-    return Modelled(law, f"compressor: {acting}-acting, ratio {cycle.ratio:.6g}, {work:.6g} J a double stroke")
+    return law, f"compressor: {acting}-acting, ratio {cycle.ratio:.6g}, {work[0]} a double stroke", (work,), None
 
 
 _ENDS = (("torque",), ("force",), ("power",))
@@ -675,7 +683,7 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
     sense = senses.get(re.sub(r"\s", "", (text or "")[:100]))
     if sense is None or (text is not None and not sense):
         item.add("while", show(text), '"v > 0" or "v < 0"')
-    law, model, piston = _law(item, place, places, (window, every), setting)
+    law, model, quantities, piston = _law(item, place, places, (window, every), setting)
     if fields["bore"] is not None:
         if "model" in item.raw:
             item.add("bore", "a bore together with a model", "none", "an indicator diagram has a bore of its own")
@@ -696,7 +704,8 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
     factor = fields["factor"]
     if "factor" in item.raw and factor is not None:
         law = _multiplied(law, factor)
-    return Load(place.name, law, every, start, end, sense or 0, path, stroke is not None, model, piston, factor or 0.0)
+    where = (place.name, law, every, start, end, sense or 0, path, stroke is not None)
+    return Load(*where, model, quantities, piston, factor or 0.0)
 
 
 def _multiplied(law: Law, factor: float) -> Law:
@@ -713,21 +722,21 @@ def _multiplied(law: Law, factor: float) -> Law:
 
 def _law(
     item: Item, place: Place | None, places: Places, acting: tuple[Window, float | None], setting: Setting
-) -> tuple[Law | None, str, float | None]:
-    """The law of a load; if it comes from a model, its description, and the area of its piston."""
+) -> tuple[Law | None, str, tuple[Quantity, ...], float | None]:
+    """The law of a load; if it comes from a model, its description with quantities, and the area of its piston."""
     raw, path, key = item.raw, item.path, item.one("force", "torque", "table", "model")
     if key == "model":
         site = None if place is None else Site(place, places, *acting, setting)
-        return read_model(raw["model"], f"{path}.model", site, item.faults) or (None, "", None)
+        return read_model(raw["model"], f"{path}.model", site, item.faults) or (None, "", (), None)
     if key == "table":
         dimension = None if place is None else ("torque" if place.rotating else "force")
         along = "length" if setting.sliding else "angle"
-        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, item.faults, along), "", None
+        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, item.faults, along), "", (), None
     if key and place is not None and place.rotating != (key == "torque"):
         moves, other = ("rotates", "torque") if place.rotating else ("translates", "force")
         item.add(key, f'a {key} on "{place.name}", which {moves}', f"a {other}")
-        return None, "", None
-    return read_effort(raw[key], key, f"{path}.{key}", setting) if key else None, "", None
+        return None, "", (), None
+    return read_effort(raw[key], key, f"{path}.{key}", setting) if key else None, "", (), None
 
 
 def _every(values: float | None, place: Place | None, path: str, setting: Setting) -> float | None:

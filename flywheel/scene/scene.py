@@ -211,6 +211,10 @@ class Mechanism(Frozen):
         return replace(self, bodies={}, outputs=outputs, linkage=linkage)
 
 
+Quantity = tuple[str, float, str]
+"""A quantity in a text: as it is written there, its SI value, its dimension."""
+
+
 class Load(NamedTuple):
     """A force or torque on a place, positive along its positive sense.
 
@@ -228,7 +232,8 @@ class Load(NamedTuple):
     sense: int = 0
     path: str = "load"
     once: bool = False
-    model: str = ""  # what a load of a known kind is, for reports: "press: 24.7 kJ over 15 mm"
+    model: str = ""  # what a load of a known kind is, for reports: "press: 500 J a stroke, constant, over 0.015 m..."
+    quantities: tuple[Quantity, ...] = ()  # those in that text, in its order
     piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
     factor: float = 1.0  # by which the law was multiplied
     drag: bool = False  # dry friction of a shaft's own bearings: the law's size turns round with the shaft

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -30,10 +29,6 @@ from flywheel.tables.rows import DEGREES, SI, TradeUnits, place, wrapped
 
 _MOST_ROWS = 6  # rows of one kind
 _DIGITS = 6
-_KINDS = {"N m": "torque", "N": "force", "J": "energy", "m": "length", "rad": "angle", "rad/s": "speed", "m/s": "velocity"}
-_QUANTITY = (
-    rf"([\d.,]+(?:e[+-]\d+)?) ({'|'.join(sorted(_KINDS, reverse=True))})(?! [ms]\b)(?![\w/²])"  # of a load model's text
-)
 
 
 class SceneLine(NamedTuple):
@@ -232,8 +227,9 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
     """A load's law, and its window."""
     words = message(load.model) or _law(load.law, _turns(load.on, scene), units)
-    if load.model and units is not SI:
-        words = re.sub(_QUANTITY, lambda one: str(units.read(float(one[1].replace(",", ".")), _KINDS[one[2]])), words)
+    for written, value, dimension in () if units is SI else load.quantities:
+        before, _si, after = words.partition(number(written))
+        words = f"{before}{units.read(value, dimension)}{after}"
     if load.model and load.factor != 1.0:
         words += ", " + _("{n} times", n=number(figure(load.factor, most=_DIGITS)))
     if load.start is not None and load.end is not None:
