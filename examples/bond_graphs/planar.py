@@ -17,25 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph import (
-    BondGraph,
-    Builder,
-    Element,
-    GraphError,
-    I,
-    Part,
-    Reduction,
-    Se,
-    Sf,
-    absorb_junctions,
-    drop_dangling,
-    drop_two_bond_junctions,
-    drop_zero_sources,
-    drop_zero_velocity,
-    merge_double_differences,
-    merge_equal_junctions,
-    simplify,
-)
+import bondgraph
+from bondgraph import BondGraph, Builder, Element, GraphError, I, Part, Reduction, Se, Sf
 
 __all__ = [
     "Bar", "Formula", "Linkage", "Loads", "Point", "counts", "fix", "four_bar", "pin", "rigid_body", "slide",
@@ -175,7 +158,7 @@ class Linkage(NamedTuple):
 
     def reduction(self) -> Reduction:
         """The reduction to the coordinate, without velocities kept at zero: a `Reduction` accepts no source Sf."""
-        return Reduction(drop_zero_velocity(self.graph).graph, self.coordinate, self.positions)
+        return Reduction(bondgraph.drop_zero_velocity(self.graph).graph, self.coordinate, self.positions)
 
 
 def slider_crank(
@@ -320,14 +303,14 @@ def _root(square: Any, phi: Any, fault: str) -> Any:
 
 
 _RULES: tuple[tuple[str, Callable[..., Any]], ...] = (
-    ("zero velocity", lambda graph, keep: drop_zero_velocity(graph, keep=keep)),
-    ("dangling junctions", drop_dangling),
-    ("two-bond junctions", drop_two_bond_junctions),
-    ("equal junctions", merge_equal_junctions),
-    ("zero sources", drop_zero_sources),
-    ("sources at junctions", absorb_junctions),
-    ("double differences", merge_double_differences),
-    ("all rules", simplify),
+    ("zero velocity", lambda graph, keep: bondgraph.drop_zero_velocity(graph, keep=keep)),
+    ("dangling junctions", bondgraph.drop_dangling),
+    ("two-bond junctions", bondgraph.drop_two_bond_junctions),
+    ("equal junctions", bondgraph.merge_equal_junctions),
+    ("zero sources", bondgraph.drop_zero_sources),
+    ("sources at junctions", bondgraph.absorb_junctions),
+    ("double differences", bondgraph.merge_double_differences),
+    ("all rules", bondgraph.simplify),
 )
 
 
