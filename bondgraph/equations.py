@@ -486,8 +486,8 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     >>> from bondgraph import Builder, I, Se
     >>> b = Builder().one("crank", displacement="theta").one("ram").on("crank", I("J", 2.0), Se("M", 3.0))
     >>> b = b.on("ram", I("m", 4.0)).transform("crank", "ram", -sympy.sin(sympy.Symbol("theta")), name="T")
-    >>> found = motion_equation(b.build())
-    >>> found.inertia, found.slope, found.moment
+    >>> equation = motion_equation(b.build())
+    >>> equation.inertia, equation.slope, equation.moment
     (J + m*sin(theta)**2, 2*m*sin(theta)*cos(theta), M)
 
     """

@@ -127,8 +127,8 @@ class Linear:
         """Draws magnitude and phase of y/u over angular frequency (rad/s), and saves the picture if a file is named.
 
         >>> from bondgraph import Builder, I, R, Se
-        >>> found = linearize(Builder().one("m").on("m", I("M", 2.0), R("d", 1.0), Se("F", 4.0)).build(), outputs=["f_m"])
-        >>> [axes.get_ylabel() for axes in found.draw_bode("F", "f_m", np.logspace(-2, 2)).axes]
+        >>> linear = linearize(Builder().one("m").on("m", I("M", 2.0), R("d", 1.0), Se("F", 4.0)).build(), outputs=["f_m"])
+        >>> [axes.get_ylabel() for axes in linear.draw_bode("F", "f_m", np.logspace(-2, 2)).axes]
         ['magnitude (dB)', 'phase (degrees)']
         """
         from bondgraph.drawing import bode_figure
@@ -458,8 +458,8 @@ def linearize(
 
     >>> from bondgraph import Builder, C, I, R, Se
     >>> b = Builder().one("m").on("m", I("M", 2.0), C("k", stiffness=8.0), R("d", 1.0), Se("F", 4.0))
-    >>> found = linearize(b.build(), outputs=["f_m"])
-    >>> found.A.tolist(), found.B.tolist(), found.C.tolist()
+    >>> linear = linearize(b.build(), outputs=["f_m"])
+    >>> linear.A.tolist(), linear.B.tolist(), linear.C.tolist()
     ([[-0.5, -8.0], [0.5, 0.0]], [[1.0], [0.0]], [[0.5, 0.0]])
 
     """

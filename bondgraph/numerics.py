@@ -354,8 +354,8 @@ class Summits(NamedTuple):
 def summits(value: Callable[[Array], Array], low: Array, high: Array, points: int, rounds: int) -> Summits:
     """The greatest values between places (n,), by values (n, points) at places evenly between them, ever closer.
 
-    >>> found = summits(lambda x: -((x - np.array([[1.0], [2.0]])) ** 2), np.zeros(2), np.full(2, 5.0), 33, 6)
-    >>> found.place.round(6)
+    >>> summit = summits(lambda x: -((x - np.array([[1.0], [2.0]])) ** 2), np.zeros(2), np.full(2, 5.0), 33, 6)
+    >>> summit.place.round(6)
     array([1., 2.])
     """
     many = np.arange(low.size)

@@ -325,8 +325,8 @@ def reduce(
     >>> from bondgraph.graph import Builder
     >>> from bondgraph.elements import I
     >>> b = Builder().one("crank", displacement="phi").one("ram").on("ram", I("m", 4.0))
-    >>> found = reduce(b.transform("crank", "ram", lambda phi: 0.5 * np.sin(phi)).build(), np.pi / 4)
-    >>> round(found.inertia, 12), round(found.slope, 12)  # m (sin phi)²/4, and its slope
+    >>> reduced = reduce(b.transform("crank", "ram", lambda phi: 0.5 * np.sin(phi)).build(), np.pi / 4)
+    >>> round(reduced.inertia, 12), round(reduced.slope, 12)  # m (sin phi)²/4, and its slope
     (0.5, 1.0)
 
     """

@@ -168,8 +168,8 @@ def drop_zero_velocity(graph: BondGraph, names: Iterable[str] = (), keep: Iterab
 
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("mass", "translation").one("ground", "translation").on("mass", I("m", 2.0))
-    >>> found = drop_zero_velocity(b.between("mass", "ground", C("k", stiffness=8.0)).build(loose=True), ["ground"])
-    >>> print(found.graph)
+    >>> simplified = drop_zero_velocity(b.between("mass", "ground", C("k", stiffness=8.0)).build(loose=True), ["ground"])
+    >>> print(simplified.graph)
     bond graph: 4 elements, 3 bonds (f_out = T f_in, e_in = T e_out)
        1  1:mass -> I:m = 2
        2  1:mass -> 0:mass-ground

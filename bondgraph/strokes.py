@@ -297,8 +297,8 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     >>> from bondgraph import Builder, I, Se
     >>> b = Builder().one("crank", displacement="theta").one("slider").on("crank", Se("M", 1.0), I("J", 2.0))
     >>> b = b.on("slider", I("m", 3.0)).transform("crank", "slider", lambda theta: theta, name="T")
-    >>> found = causality(b.build())
-    >>> found.integral, found.derivative, found.follows["m"]
+    >>> strokes = causality(b.build())
+    >>> strokes.integral, strokes.derivative, strokes.follows["m"]
     (('J',), ('m',), 'I:m follows I:J through MTF:T')
 
     """

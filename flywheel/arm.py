@@ -337,8 +337,8 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
     Raises:
         SceneError: for other letters, or more than six joints.
 
-    >>> found = lagrange_equations()
-    >>> found.mass[0, 1]
+    >>> equations = lagrange_equations()
+    >>> equations.mass[0, 1]
     c2*l1*m2*cos(q1(t) - q2(t))
     >>> cart = lagrange_equations("PR")  # with a pendulum
     >>> cart.mass[0, 1], cart.right

@@ -358,8 +358,8 @@ def equations(
     >>> bodies = Link("cart", (o,), 2.0), Link("rod", (o,), 1.0, 0.0, (0.5, 0.0), 0.0)
     >>> joints = Joint("rail", "slide", "frame", "cart", o, o), Joint("pin", PIN, "cart", "rod", o, o)
     >>> pendulum = Linkage(Link("frame", (o,)), bodies, joints, "rail", further=(Driver("pin"),))
-    >>> found = equations(pendulum, [0.0, 0.0], [0.0, 2.0], gravity=(0.0, -10.0))
-    >>> found.mass.round(12).tolist(), found.rest.round(12).tolist(), found.forces.round(12).tolist()
+    >>> terms = equations(pendulum, [0.0, 0.0], [0.0, 2.0], gravity=(0.0, -10.0))
+    >>> terms.mass.round(12).tolist(), terms.rest.round(12).tolist(), terms.forces.round(12).tolist()
     ([[3.0, 0.0], [0.0, 0.25]], [-2.0, 0.0], [0.0, -5.0])
 
     """

@@ -54,7 +54,7 @@ _NO_INERTIA = 1e-6  # of the greatest in the run
 _PILOT_EVALUATIONS = 50_000
 _BESIDE = 0.01  # of a displacement and of 1: how far beside a position the inertia is looked at
 
-_AUDITED, _AUDITED_ROUGHLY = 1e-6, 100.0  # what an audit may find unless told, and that as a multiple of rtol
+_AUDITED, _AUDITED_ROUGHLY = 1e-6, 100.0  # what an audit may find by default, and that as a multiple of rtol
 _BALANCED = 1e-9  # of the larger of both: a value given to a store that follows others
 
 

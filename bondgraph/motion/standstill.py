@@ -76,8 +76,8 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
         EitherWayError: if both motions would begin at once.
 
     >>> ramp = lambda t: np.array([30.0 * t - 12.0, 30.0 * t + 12.0])
-    >>> found = release(ramp, 0.0, 5.0)
-    >>> round(found.time, 9), found.direction
+    >>> start = release(ramp, 0.0, 5.0)
+    >>> round(start.time, 9), start.direction
     (0.4, 1.0)
 
     """

@@ -232,7 +232,7 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
 
 
 SERIES = 30  # terms of a Taylor series
-_RADIANS, _SHARES = 5.0, 10  # of a step times the greatest |eigenvalue|; parts in which a step is told
+_RADIANS, _SHARES = 5.0, 10  # of a step times the greatest |eigenvalue|; parts of a step
 
 
 class Taylor(NamedTuple):
@@ -389,7 +389,7 @@ _LINEAR = 1e-8  # of a step: its square is rounding
 _MOST_LANDINGS = 8
 _STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
 _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
-_PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
+_PARTS = 3  # in which an implicit step is divided, each as smooth as an explicit step
 
 
 class Events(NamedTuple):
@@ -550,7 +550,7 @@ def _implicit_steps(
     tolerance: Tolerance,
     events: Events | None,
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
-    """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
+    """Implicit steps, each in parts; whether the stretch came to its end, or where no step was accepted."""
     solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
     speed = float(rates(t, state)[0])
     while solver.t < until:
@@ -576,7 +576,7 @@ _NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of 
 def crossing(events: Events, step: Step) -> Step:
     """The step, cut where the first of the watched values leaves its side; at its start where one does so at once.
 
-    The share of a step after which a value is first below 0 is told by its values and by the roots of its polynomial.
+    The share of a step after which a value is first below 0 follows from its values and the roots of its polynomial.
     """
     width = step.end - step.start
     if not (events.sides.size and width > 0.0):

@@ -503,8 +503,8 @@ def wheel_of(request: WheelAsked, body: Body, speed: float, needed: float | None
         needed: inertia that it must have (kg m²); its own if None.
 
     >>> from flywheel.components.wheel_stresses import material
-    >>> found = wheel_of(WheelAsked("disc", material("carbon steel")), Body("disc", 0.3, 0.0, 0.3, 0.05), 100.0)
-    >>> round(found.mass, 3), round(found.inertia, 4), round(found.safety, 1)
+    >>> wheel = wheel_of(WheelAsked("disc", material("carbon steel")), Body("disc", 0.3, 0.0, 0.3, 0.05), 100.0)
+    >>> round(wheel.mass, 3), round(wheel.inertia, 4), round(wheel.safety, 1)
     (110.977, 4.994, 104.7)
 
     """

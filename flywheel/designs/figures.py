@@ -535,8 +535,8 @@ def wheel_figures(request: WheelAsked, wheel: Wheel | None) -> dict[str, float |
     >>> from flywheel.components.wheel_stresses import material
     >>> from flywheel.components.wheels import Body, wheel_of
     >>> asked = WheelAsked("rim", material("grey cast iron"))
-    >>> found = wheel_figures(asked, wheel_of(asked, Body("rim", 1.05, 0.95, 0.1, 0.2, thin=True), 25.0))
-    >>> [found[name] for name in ("wheel.stress", "wheel.rim_speed", "wheel.outer_diameter")]
+    >>> figures = wheel_figures(asked, wheel_of(asked, Body("rim", 1.05, 0.95, 0.1, 0.2, thin=True), 25.0))
+    >>> [figures[name] for name in ("wheel.stress", "wheel.rim_speed", "wheel.outer_diameter")]
     [4500000.0, 25.0, 2.1]
     >>> wheel_figures(asked, None)["wheel.utilisation"]
     0.0

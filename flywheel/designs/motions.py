@@ -65,7 +65,7 @@ _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behin
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _AT_ONCE = 20_000  # values at nodes for several speeds: arrays of them stay in the processor's cache
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
-_FEW = slice(0, ORDER, 5)  # nodes by which the sign of a net work is told
+_FEW = slice(0, ORDER, 5)  # nodes that give the sign of a net work
 _FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
 _LIMITED = "limits."  # before the name of a figure that is limited
 _QUESTIONS = 400  # flywheels that are looked at together

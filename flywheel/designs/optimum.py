@@ -234,8 +234,8 @@ def optimize(
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "90 deg"}], "regime": {"speed": 30},
     ...          "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.01}}
-    >>> found = flywheel.optimize(flywheel.load(rotor), maximize="energy_fluctuation", over={"load.0.to": (1.0, 5.0)})
-    >>> round(found.numbers["load.0.to"], 4), round(found.value, 6), found.confirmed  # half a turn, 100 N m pi/2
+    >>> best = flywheel.optimize(flywheel.load(rotor), maximize="energy_fluctuation", over={"load.0.to": (1.0, 5.0)})
+    >>> round(best.numbers["load.0.to"], 4), round(best.value, 6), best.confirmed  # half a turn, 100 N m pi/2
     (3.1416, 157.079633, True)
 
     """

@@ -99,8 +99,8 @@ def sweep(
     >>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
     ...                        "drive": {"torque": "balance"}, "regime": {"speed": "300 rpm"},
     ...                        "flywheel": {"irregularity": 0.01}})
-    >>> found = flywheel.sweep(scene, {"flywheel.irregularity": [0.01, 0.02, -1.0]}, engine="size")
-    >>> found.exact.round(6).tolist(), found.argmin("exact"), found.reasons[2]
+    >>> designs = flywheel.sweep(scene, {"flywheel.irregularity": [0.01, 0.02, -1.0]}, engine="size")
+    >>> designs.exact.round(6).tolist(), designs.argmin("exact"), designs.reasons[2]
     ([15.915494, 7.957747, nan], 1, 'flywheel.irregularity: found -1.0, expected a value above 0 and below 2')
 
     """
@@ -170,8 +170,8 @@ def sampled(
     Raises:
         SceneError: for an unknown method, or a count below 1.
 
-    >>> found = sampled({"regime.speed": (10.0, 14.0), "flywheel.irregularity": (0.01, 0.05)}, 4)
-    >>> sorted(found["regime.speed"].astype(int).tolist())
+    >>> samples = sampled({"regime.speed": (10.0, 14.0), "flywheel.irregularity": (0.01, 0.05)}, 4)
+    >>> sorted(samples["regime.speed"].astype(int).tolist())
     [10, 11, 12, 13]
 
     """

@@ -227,8 +227,8 @@ def tolerance(
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
     ...          "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.01}}
-    >>> found = flywheel.tolerance(flywheel.load(rotor), {"regime.speed": (29, 31)}, samples=64)["power"]
-    >>> round(found.least.value, 6), round(found.greatest.value, 6), round(found.mean)
+    >>> power = flywheel.tolerance(flywheel.load(rotor), {"regime.speed": (29, 31)}, samples=64)["power"]
+    >>> round(power.least.value, 6), round(power.greatest.value, 6), round(power.mean)
     (1450.0, 1550.0, 1500)
 
     """

@@ -410,11 +410,11 @@ def sensitivities(
     >>> import flywheel
     >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
     ...          "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.01}}
-    >>> found = flywheel.sensitivities(flywheel.load(rotor), ["regime.speed", "flywheel.irregularity"])
-    >>> exact = found.values["exact"]  # in proportion to 1/(eps w²)
-    >>> round(found.derivative("flywheel.exact", "regime.speed").value / exact * 30, 8)
+    >>> slopes = flywheel.sensitivities(flywheel.load(rotor), ["regime.speed", "flywheel.irregularity"])
+    >>> exact = slopes.values["exact"]  # in proportion to 1/(eps w²)
+    >>> round(slopes.derivative("flywheel.exact", "regime.speed").value / exact * 30, 8)
     -2.0
-    >>> round(found.elasticity("exact", "flywheel.irregularity"), 8)
+    >>> round(slopes.elasticity("exact", "flywheel.irregularity"), 8)
     -1.0
 
     """

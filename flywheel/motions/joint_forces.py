@@ -124,8 +124,8 @@ def joint_forces(
     >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
     >>> scene = flywheel.load({"mechanism": press, "load": [{"on": "slider", "force": "-100 N"}],
     ...                        "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"inertia": 1}})
-    >>> found = joint_forces(scene, [np.pi / 2], speed=10.0).mechanisms["slider-crank"]
-    >>> found.action.round(9).tolist(), found.components["guide"]["normal"].round(9).tolist()
+    >>> forces = joint_forces(scene, [np.pi / 2], speed=10.0).mechanisms["slider-crank"]
+    >>> forces.action.round(9).tolist(), forces.components["guide"]["normal"].round(9).tolist()
     ([-300.0], [75.0])
 
     """

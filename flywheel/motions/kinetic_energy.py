@@ -171,10 +171,10 @@ def stored_energy(
     >>> press = {"type": "slider-crank", "crank": {"length": 3.0}, "rod": {"length": 5.0}, "slider": {"mass": 2.0}}
     >>> spring = [{"on": "slider", "stiffness": 10.0, "rest": 7.0}]
     >>> scene = flywheel.load({"mechanism": press, "spring": spring, "gravity": {"g": 10, "direction": "180 deg"}})
-    >>> found = stored_energy(scene, [0.0, np.pi / 2], 2.0)
-    >>> found.kinetic["slider-crank.slider"].round(9).tolist()
+    >>> energy = stored_energy(scene, [0.0, np.pi / 2], 2.0)
+    >>> energy.kinetic["slider-crank.slider"].round(9).tolist()
     [0.0, 36.0]
-    >>> {name: values.round(9).tolist() for name, values in found.potential.items()}
+    >>> {name: values.round(9).tolist() for name, values in energy.potential.items()}
     {'spring[0] on slider-crank.slider': [5.0, 45.0], 'weight of slider-crank.slider': [160.0, 80.0]}
 
     """

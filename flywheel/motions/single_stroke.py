@@ -609,8 +609,8 @@ def load_limits(strokes: Strokes, phases: Phases, figures: Mapping[str, Any]) ->
         heat = "clutch_heat" if part is clutch else "brake_heat"
         limits |= {} if part.heat_per_stroke is None else {stroke: (heat, part.heat_per_stroke)}
         limits |= {} if part.heat_per_hour is None else {hour: (f"{heat}_per_hour", part.heat_per_hour)}
-    held = holding(brake, phases.resting)
-    return limits | {"brake at rest": ("holding_torque", held), _TIME: ("stroke_time", figures["period"])}
+    torque = holding(brake, phases.resting)
+    return limits | {"brake at rest": ("holding_torque", torque), _TIME: ("stroke_time", figures["period"])}
 
 
 # -- energy ------------------------------------------------------------------------------------------------------------

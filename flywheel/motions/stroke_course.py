@@ -127,9 +127,9 @@ def _brake_torque(strokes: Strokes, phases: Phases, times: Array, speeds: Array)
             torque_at(Ramp(torque, 0.0, brake.fall, True), times) for torque in (brake.torque, brake.reverse_torque)
         )
         torques[released] = np.where(speeds < 0.0, backwards, -forwards)[released]
-    held = released & (speeds == 0.0)  # the clutch's torque is not yet enough
+    standing = released & (speeds == 0.0)  # the clutch's torque is not yet enough
     gain = strokes.ratio * math.prod(strokes.scene.efficiencies.get(name, 1.0) for name in strokes.scene.inwards(on))
-    torques[held] = -(phases.resting + gain * torque_at(phases.legs[0].torque, times[held])) / ratio
+    torques[standing] = -(phases.resting + gain * torque_at(phases.legs[0].torque, times[standing])) / ratio
     return torques
 
 

@@ -98,10 +98,10 @@ def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, st
     >>> from flywheel.mechanisms.linkages.positions import solve
     >>> from flywheel.scene.scene import Mechanism
     >>> press = Mechanism("slider-crank", "press", geometry={"crank.length": 3.0, "rod.length": 5.0})
-    >>> found = centres_of(solve(linkage_of(press), 0.0, 7.0).poses([0.0, np.arctan2(4, 3)]))
-    >>> found["frame", "rod"].place[:, 0].round(9).tolist()
+    >>> centres = centres_of(solve(linkage_of(press), 0.0, 7.0).poses([0.0, np.arctan2(4, 3)]))
+    >>> centres["frame", "rod"].place[:, 0].round(9).tolist()
     [8.0, 0.0]
-    >>> shared = found["crank", "slider"].place  # O P across the slider's travel: v = omega |OP|
+    >>> shared = centres["crank", "slider"].place  # O P across the slider's travel: v = omega |OP|
     >>> np.hypot(*shared).round(9).tolist()
     [0.0, 3.384875226]
 
@@ -264,8 +264,8 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3.0}, "rod": {"length": 5.0}}
     >>> scene = flywheel.load({"mechanism": press, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
-    >>> found = instant_centres(scene, [0.0]).mechanisms["slider-crank"]
-    >>> found.centres["frame", "rod"].place.round(9).tolist()
+    >>> mechanism = instant_centres(scene, [0.0]).mechanisms["slider-crank"]
+    >>> mechanism.centres["frame", "rod"].place.round(9).tolist()
     [[8.0], [0.0]]
 
     """

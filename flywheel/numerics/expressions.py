@@ -863,7 +863,7 @@ def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) 
 
     >>> from flywheel.numerics.units import parse_unit
     >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}
-    >>> [unit_text(found) for found in units_of_name(law, "k", parse_unit("N m", None), speed)]
+    >>> [unit_text(unit) for unit in units_of_name(law, "k", parse_unit("N m", None), speed)]
     ['N m s/rad']
     """
     if node.op == "name" and node.name == name:

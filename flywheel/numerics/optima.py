@@ -79,10 +79,10 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
 
     >>> def values(x):
     ...     return np.stack([np.exp(x[0]), np.maximum(x[0], 0.0)]), np.full((2, x.shape[1]), 1e-16)
-    >>> found = slopes(values, np.array([0.0]), np.array([1.0]))
-    >>> bool(abs(found.both[0, 0] - 1.0) < found.error[0, 0] < 1e-9)
+    >>> slope = slopes(values, np.array([0.0]), np.array([1.0]))
+    >>> bool(abs(slope.both[0, 0] - 1.0) < slope.error[0, 0] < 1e-9)
     True
-    >>> found.corner[:, 0].tolist(), [float(side[1, 0]) for side in (found.left, found.right)]
+    >>> slope.corner[:, 0].tolist(), [float(side[1, 0]) for side in (slope.left, slope.right)]
     ([False, True], [0.0, 1.0])
 
     """
@@ -356,8 +356,8 @@ def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) ->
     >>> def lobes(x):  # two lobes are equal on a line, on which the least value is at (0.75, 0.25)
     ...     return np.array([np.maximum(x[0], x[1] + 0.5) + (x[0] - 2 * x[1] - 0.25) ** 2, 1.0 - x.sum(axis=0)])
     >>> low, high = np.zeros(2), np.ones(2)
-    >>> found = minimum(lobes, np.array([0.2, 0.9]), low, high, high)
-    >>> np.round(found, 9).tolist()
+    >>> place = minimum(lobes, np.array([0.2, 0.9]), low, high, high)
+    >>> np.round(place, 9).tolist()
     [0.75, 0.25]
     >>> def ridge(x):  # a ridge along x y = 0.3, on which it falls towards greater x: up to the bound
     ...     return (abs(x[0] * x[1] - 0.3) - 0.01 * x[0])[None]

@@ -87,8 +87,8 @@ def roots(
     has a single, harmless one. Raises SwitchingError if there are too many for `most` cells.
 
     >>> from flywheel.numerics.intervals import NAMESPACE as ns
-    >>> found = roots(lambda lo, hi: (ns.sin(Interval(lo, hi)), ns.cos(Interval(lo, hi))), np.sin, 1.0, 7.0)
-    >>> [round(angle, 14) for angle in found]
+    >>> angles = roots(lambda lo, hi: (ns.sin(Interval(lo, hi)), ns.cos(Interval(lo, hi))), np.sin, 1.0, 7.0)
+    >>> [round(angle, 14) for angle in angles]
     [3.14159265358979, 6.28318530717959]
     """
     edges = np.array([a, b], dtype=float)
@@ -222,8 +222,8 @@ def breakpoints(
 
     >>> phi_cells = lambda lo, hi, anchor: {"phi": Jet(Interval(lo, hi), 1.0)}
     >>> from flywheel.numerics.expressions import parse
-    >>> found = breakpoints(parse("max(sin(phi), 0.5)*(phi < 2)"), 0, 6, phi_cells, lambda phi, _: {"phi": phi})
-    >>> [round(angle, 14) for angle in found]
+    >>> angles = breakpoints(parse("max(sin(phi), 0.5)*(phi < 2)"), 0, 6, phi_cells, lambda phi, _: {"phi": phi})
+    >>> [round(angle, 14) for angle in angles]
     [0.5235987755983, 2.0, 2.61799387799149]
     """
     start = np.array(sorted({float(a), *map(float, smooth_edges), float(b)}))

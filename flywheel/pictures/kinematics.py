@@ -44,7 +44,7 @@ _NAMED = 4  # lines in a panel whose own extremes are written beside them; of mo
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5, 1, 1.5)), (0, (1, 1)))
 _POINTS, _BESIDE = 1201, 1e-9  # places of a curve, and of the axis: how far beside a jump
 _SAMPLES_APART = 8.0  # times its neighbours' steps: a change that is a jump
-_VAGUE = 1e-4  # of the axis: an extreme that may lie so far aside is told as one about there
+_VAGUE = 1e-4  # of the axis: an extreme that may lie so far aside is stated as one about there
 _RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
 
 

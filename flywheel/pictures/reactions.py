@@ -299,7 +299,7 @@ _STYLES = {
     "resultant": (BLACK, "-"),
 }
 _MOST_EDGES = 40  # breakpoints that are drawn
-_MOST_TURNS = 8.0  # from which on the crank's way is told in turns
+_MOST_TURNS = 8.0  # from which on the crank's way is stated in turns
 _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
 
 

@@ -108,8 +108,8 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
     r"""The motors in the text of a CSV file, as `read_catalogue` gives them.
 
     >>> head = "name,power (kW),speed (rpm),poles,frequency (Hz),breakdown_ratio,price (EUR)"
-    >>> found = parse_catalogue(head + "\nA,1.5,1420,4,50,2.8,210\nB,2.2,1430,4,50,3,260")
-    >>> [(motor.name, motor.motor.power, motor.price, motor.currency) for motor in found.motors]
+    >>> catalogue = parse_catalogue(head + "\nA,1.5,1420,4,50,2.8,210\nB,2.2,1430,4,50,3,260")
+    >>> [(motor.name, motor.motor.power, motor.price, motor.currency) for motor in catalogue.motors]
     [('A', 1500.0, 210.0, 'EUR'), ('B', 2200.0, 260.0, 'EUR')]
     """
     lines = lines_of(text)

@@ -191,7 +191,8 @@ def _fan(item: Item, site: Site) -> Modelled | None:
         item.add("constant", f"{constant:.6g} {site.unit}", f"at most the {effort:.6g} {site.unit} taken at that {at}")
     law = load_models.Resistance(constant, 0.0, load_models.quadratic_coefficient(effort, speed, constant))
     point = _stated(effort, own), _stated(speed, at)
-    return _resisting(item, site, law, " at ".join(text for text, *_ in point), *point)
+    text = f"{effort:.6g} {site.unit} at {speed:.6g} {DIMENSIONS[at].si}"
+    return _resisting(item, site, law, text, *point)
 
 
 def _losses(item: Item, site: Site) -> Modelled | None:
@@ -642,11 +643,11 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
     if not (plan.clean and clutch.clean and brake.clean):
         return None
     shared = ("rise", "fall", "heat_per_stroke", "heat_per_hour")
-    held, reverse = brake.fields["torque"], brake.fields["reverse_torque"]
-    reverse = held if reverse is None else reverse
+    braking, reverse = brake.fields["torque"], brake.fields["reverse_torque"]
+    reverse = braking if reverse is None else reverse
     return SingleStroke(
         Clutch(on, torque, clutch.fields["disengage"], static, *(clutch.fields[name] for name in (*shared, "hold"))),
-        Brake(shaft, held, reverse, brake.fields["engage"], *(brake.fields[name] for name in shared)),
+        Brake(shaft, braking, reverse, brake.fields["engage"], *(brake.fields[name] for name in shared)),
         plan.fields["rate"],
         plan.fields["idle"],
         stop_at,

@@ -761,7 +761,7 @@ def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Fault
     if not table:
         faults.add(path, "no limit", f"one at least of {', '.join(fields)}")
     motor, driven = drive.motor, raw.get("drive")
-    faulty = motor is None and isinstance(driven, Mapping) and "motor" in driven  # which is told of already
+    faulty = motor is None and isinstance(driven, Mapping) and "motor" in driven  # noted when it was read
     for name in () if faulty else (name for name in table if name in fields and name != "irregularity"):
         if motor is None:
             advice = 'give [drive] a motor with a rated point, such as motor = {type = "induction", ...}'

@@ -178,8 +178,8 @@ class Outline(NamedTuple):
 def outline(text: str) -> Outline:
     r"""Locates every value of a text, even in a text that is not valid TOML.
 
-    >>> found = outline("[regime]\nspeed = '60 rpm' # of the crank\ncycle = 720 deg\n")
-    >>> found.mapping, found.troubles, found.text[slice(*found.values["regime", "speed"][1:3])]
+    >>> document = outline("[regime]\nspeed = '60 rpm' # of the crank\ncycle = 720 deg\n")
+    >>> document.mapping, document.troubles, document.text[slice(*document.values["regime", "speed"][1:3])]
     ({'regime': {'speed': '60 rpm'}}, 1, "'60 rpm'")
     """
     if len(text) > _LARGEST:

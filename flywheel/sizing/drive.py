@@ -112,7 +112,7 @@ def engine(sizing: Sizing) -> EngineCycle | None:
         mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
         try:
             ends = ends_of(mechanism, port, machine.scene.parameters)
-        except SceneError:  # a port whose turning points cannot be told
+        except SceneError:  # a port whose turning points are unknown
             complete = False
             break
         times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every

@@ -652,8 +652,8 @@ def tradeoff_text(comparison: Tradeoff) -> str:
 
     >>> from flywheel.study.answers import Reference
     >>> reference = Reference(2.0, 1e-15, "Gauss' rule", "the closed form is 1e-16 apart")
-    >>> found = Tradeoff("Rotor", "exact flywheel", "kg m²", 1e-6, reference, 2.0, (), None, (), None, {}, 60.0, 0.1, False)
-    >>> print(tradeoff_text(found).splitlines()[1])
+    >>> rotor = Tradeoff("Rotor", "exact flywheel", "kg m²", 1e-6, reference, 2.0, (), None, (), None, {}, 60.0, 0.1, False)
+    >>> print(tradeoff_text(rotor).splitlines()[1])
     Accuracy against time: the exact flywheel, to a relative error of 1e-06
     """
     reference, unit = comparison.reference, comparison.unit and f" {comparison.unit}"

@@ -103,7 +103,7 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
         yield SceneLine("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=place(i.on)))
     for load in scene.loads:
         if load.drag and load.on in scene.transmissions:
-            continue  # told with its shaft
+            continue  # listed with its shaft
         yield SceneLine("load", _("load"), _on(load.on), _load(load, scene, units))
     for s in scene.springs:
         kind = "angular_stiffness" if _turns(s.on, scene) else "stiffness"

@@ -455,7 +455,7 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         yield from servo_rows(sizing.servo, units)
     heat = power.heat_of(sizing, motor, energy)
     if sizing.duty is not None and heat is not None:
-        return  # what it bears is told of all phases together
+        return  # what it bears is listed for all phases together
     if heat is None:
         unknown = _("unknown: torque against speed alone does not give its losses")
         overloaded = rated is not None and energy.mean_power > rated.power * (1 + TIE)

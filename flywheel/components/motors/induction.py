@@ -107,8 +107,8 @@ def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: 
     chapter 6; IEC 60034-1 (data of a plate).
 
     >>> plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
-    >>> found = line_current(plate, 7500.0, 1 / 30, 0.16)
-    >>> round(found.efficiency, 4), round(found.active + found.losses, 9), round(15.0 * found.magnetizing, 3)
+    >>> current = line_current(plate, 7500.0, 1 / 30, 0.16)
+    >>> round(current.efficiency, 4), round(current.active + current.losses, 9), round(15.0 * current.magnetizing, 3)
     (0.8695, 0.83, 6.033)
 
     """

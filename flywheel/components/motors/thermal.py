@@ -141,8 +141,8 @@ def course(data: Thermal, sequence: Iterable[Losses]) -> Course:
     Each part is linear in its initial value, x_1 = D x_0 + E, so that x_0 = E/(1 - D) repeats.
 
     >>> data = thermal(600.0, 100.0, "H")
-    >>> found = course(data, [Losses(300.0, 1.0), Losses(300.0, 0.0)])
-    >>> [round(rise, 6) for rise in found.ends], round(100 * (1 - math.exp(-0.5)) / (1 - math.exp(-1.0)), 6)
+    >>> rises = course(data, [Losses(300.0, 1.0), Losses(300.0, 0.0)])
+    >>> [round(rise, 6) for rise in rises.ends], round(100 * (1 - math.exp(-0.5)) / (1 - math.exp(-1.0)), 6)
     ([37.754067, 62.245933, 37.754067], 62.245933)
 
     """

@@ -281,8 +281,8 @@ def reactions(
     >>> joints = (Joint("pivot", "pin", "frame", "crank", o, o), Joint("crank_pin", "pin", "crank", "rod", tip, o),
     ...           Joint("slider_pin", "pin", "rod", "slider", end, o), Joint("guide", "slide", "frame", "slider", o, o))
     >>> machine = Linkage(Link("frame", (o,)), links, joints, "pivot", start=1.5707963267948966)
-    >>> found = reactions(machine, [1.5707963267948966], 10.0, loads=[Force("slider", "o", x=-100.0)])
-    >>> found.action.round(9).tolist(), found.components["guide"]["normal"].round(9).tolist()
+    >>> forces = reactions(machine, [1.5707963267948966], 10.0, loads=[Force("slider", "o", x=-100.0)])
+    >>> forces.action.round(9).tolist(), forces.components["guide"]["normal"].round(9).tolist()
     ([-300.0], [75.0])
 
     """
@@ -584,8 +584,8 @@ def chain_reactions(
     >>> bars = [Link(name, (o, tip), mass=1.0, inertia=0.02, com=(0.25, 0.0)) for name in ("upper", "lower")]
     >>> pins = (Joint("shoulder", "pin", "frame", "upper", o, o), Joint("elbow", "pin", "upper", "lower", tip, o))
     >>> arm = Linkage(Link("frame", (o,)), tuple(bars), pins, "shoulder")
-    >>> found = chain_reactions(arm, {"shoulder": Motion(0.0), "elbow": Motion(0.0)}, gravity=(0.0, -10.0))
-    >>> {name: round(float(action[0]), 12) for name, action in found.actions.items()}
+    >>> forces = chain_reactions(arm, {"shoulder": Motion(0.0), "elbow": Motion(0.0)}, gravity=(0.0, -10.0))
+    >>> {name: round(float(action[0]), 12) for name, action in forces.actions.items()}
     {'shoulder': 10.0, 'elbow': 2.5}
 
     """

@@ -629,8 +629,8 @@ def friction_sizes(free: Array, pull: Array) -> Sizes:
 
     A shoe of 0.1 m, tilted by a load of 10 N that is out of line by 0.02 m, with mu = 0.2: F = 10 + 2 mu F 0.02/0.1.
 
-    >>> found = friction_sizes(np.array([[[10.0, 0.0]]]), np.array([[[[0.08], [0.0]]]]))
-    >>> found.sizes.round(9).tolist(), found.converged.tolist()
+    >>> friction = friction_sizes(np.array([[[10.0, 0.0]]]), np.array([[[[0.08], [0.0]]]]))
+    >>> friction.sizes.round(9).tolist(), friction.converged.tolist()
     ([[10.869565217]], [True])
 
     """
