@@ -477,8 +477,9 @@ class _Optimization:
         try:
             values, _ = self.family(columns)
         except KeyboardInterrupt:
-            if finished := self.family.finished:
-                self.record(columns[:, finished.done], finished.values[:, finished.done])
+            if self.family.finished:
+                done, values, _ = self.family.finished
+                self.record(columns[:, done], values[:, done])
             raise
         return self.record(columns, values)
 
@@ -579,8 +580,9 @@ def _survey(problem: _Optimization, samples: int, seed: int) -> Array:
     try:
         values, _ = family(columns)
     except KeyboardInterrupt:
-        if finished := family.finished:
-            problem.record(columns[:, finished.done], finished.values[:, finished.done])
+        if family.finished:
+            done, values, _ = family.finished
+            problem.record(columns[:, done], values[:, done])
         raise
     machines = np.isfinite(values).any(axis=0)
     if not machines.any():

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -29,23 +29,8 @@ from flywheel.scene.scene import Scene
 _DIGITS = 9  # of figures by which two designs are one
 
 
-class _Task(NamedTuple):
-    """A search: the combination of choices, the objective that is optimised, and the levels of others by their place."""
-
-    combination: Combination
-    aim: int
-    levels: dict[int, float]
-
-
-class _Question(NamedTuple):
-    """Scene, objectives with the sense of each, numbers with their bounds, limits, and the options of the searches."""
-
-    scene: Scene
-    objectives: tuple[str, ...]
-    greatest: tuple[bool, ...]
-    over: Mapping[str, Any]
-    limits: Mapping[str, Any]
-    options: Mapping[str, Any]
+Search = tuple[Combination, int, dict[int, float]]
+"""The combination of choices, the objective that is optimised, and the levels of others by their place."""
 
 
 def pareto(
@@ -102,27 +87,27 @@ def pareto(
     combinations = combinations_of(choose or {}) or [Combination({}, {})]
     options["fixed"] = bool(choose)
     senses = tuple(k >= len(minimize) for k in range(len(objectives)))
-    question = _Question(scene_of(scene), objectives, senses, by_path(over or {}), subject_to or {}, options)
-    point_of = partial(_point, question)
+    scene, numbers = scene_of(scene), by_path(over or {})
+    point_of = partial(_point, scene, objectives, senses, numbers, subject_to or {}, options)
 
-    alone = [_Task(combination, k, {}) for combination in combinations for k in range(len(objectives))]
+    alone: list[Search] = [(combination, k, {}) for combination in combinations for k in range(len(objectives))]
     ends = each_of(point_of, alone, jobs, progress, "searches")
     for k in range(len(objectives)):
-        own = [end for task, end in zip(alone, ends, strict=False) if task.aim == k]
+        own = [end for (_, aim, _), end in zip(alone, ends, strict=False) if aim == k]
         if not any(isinstance(end, ParetoPoint) for end in own):
             raise next((end for end in own if isinstance(end, SceneError)), KeyboardInterrupt())
     designs = [end for end in ends if isinstance(end, ParetoPoint)]
-    further = list[_Task]()
+    further = list[Search]()
     if len(ends) == len(alone):
         levels = [_levels(designs, k, senses[k], points, two=len(objectives) == 2) for k in range(1, len(objectives))]
         sets = [dict(enumerate(values, 1)) for values in product(*levels)]
-        further = [_Task(combination, 0, values) for combination in combinations for values in sets]
+        further = [(combination, 0, values) for combination in combinations for values in sets]
     between = each_of(point_of, further, jobs, progress, "searches")
     designs += [end for end in between if isinstance(end, ParetoPoint)]
     missing = len(alone) - len(ends) + len(further) - len(between)
-    family = Variation(question.scene, question.over, rtol, engine, fixed=True)
+    family = Variation(scene, numbers, rtol, engine, fixed=True)
     return ParetoFront(
-        scene=question.scene,
+        scene=scene,
         objectives=objectives,
         greatest=senses,
         units=tuple(FigureFormula(family, name, "minimize").unit for name in objectives),
@@ -150,29 +135,47 @@ def _unbeaten(designs: Sequence[ParetoPoint], greatest: Sequence[bool]) -> list[
     return [designs[first[k]] for k in front(values[first])]
 
 
-def _point(question: _Question, task: _Task) -> ParetoPoint | SceneError:
-    """The best design of one search, or why there is none."""
-    limits = dict(question.limits)
+def _point(
+    scene: Scene,
+    objectives: Sequence[str],
+    greatest: Sequence[bool],
+    over: Mapping[str, Any],
+    subject_to: Mapping[str, Any],
+    options: Mapping[str, Any],
+    search: Search,
+) -> ParetoPoint | SceneError:
+    """The best design of one search, or why there is none.
+
+    Args:
+        scene: of all searches.
+        objectives: figures.
+        greatest: the sense of each.
+        over: numbers with their bounds.
+        subject_to: limits.
+        options: of the search.
+        search: which of them.
+
+    """
+    limits, (combination, aim, levels) = dict(subject_to), search
     try:
-        scene = question.scene.with_(task.combination.values)
-        family = Variation(scene, question.over, question.options["rtol"], fixed=True)
-        formulas = [FigureFormula(family, name, "minimize") for name in question.objectives]
-        for k, level in task.levels.items():
-            name = question.objectives[k]
+        scene = scene.with_(combination.values)
+        family = Variation(scene, over, options["rtol"], fixed=True)
+        formulas = [FigureFormula(family, name, "minimize") for name in objectives]
+        for k, level in levels.items():
+            name = objectives[k]
             low, high = (None, None) if name not in limits else limits_of(limits[name], formulas[k].unit, name)
-            low_level, high_level = (level, None) if question.greatest[k] else (None, level)
+            low_level, high_level = (level, None) if greatest[k] else (None, level)
             limits[name] = (
                 max((end for end in (low, low_level) if end is not None), default=None),
                 min((end for end in (high, high_level) if end is not None), default=None),
             )
-        aim = "maximize" if question.greatest[task.aim] else "minimize"
-        objective = question.objectives[task.aim]
-        best = best_design(scene, aim=aim, objective=objective, over=question.over, limits=limits, **question.options)
+        sense = "maximize" if greatest[aim] else "minimize"
+        best = best_design(scene, aim=sense, objective=objectives[aim], over=over, limits=limits, **options)
     except SceneError as error:
         return error
     if best.interrupted:
         raise KeyboardInterrupt
-    return ParetoPoint(_values(family, formulas, best), best.numbers, task.combination.names, best.confirmed)
+    return ParetoPoint(_values(family, formulas, best), best.numbers, combination.names, best.confirmed)
 
 
 def _values(family: Variation, formulas: Sequence[FigureFormula], best: Optimum) -> tuple[float, ...]:

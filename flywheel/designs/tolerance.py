@@ -456,7 +456,7 @@ def _sampled(
     try:
         done, (values, errors) = np.ones(points.shape[1], dtype=bool), family(points)
     except KeyboardInterrupt:
-        if family.finished is None or np.isfinite(family.finished.values).any(axis=0).sum() < _FEWEST:
+        if family.finished is None or np.isfinite(family.finished[1]).any(axis=0).sum() < _FEWEST:
             raise
         done, values, errors = family.finished
     return _Sample(points, values, errors, basis, powers, many, done)

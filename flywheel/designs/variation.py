@@ -83,14 +83,6 @@ def figure_names(names: str | Iterable[str]) -> list[str]:
     return [figure_name("figures", name) for name in ([names] if isinstance(names, str) else names)]
 
 
-class Finished(NamedTuple):
-    """Designs whose sizing was interrupted: a mask of the finished ones, figures and errors, NaN elsewhere."""
-
-    done: NDArray[np.bool_]
-    values: Array
-    errors: Array
-
-
 class Variation:
     """The figures of a scene as functions of some of its numbers.
 
@@ -127,7 +119,7 @@ class Variation:
         self.reasons: dict[tuple[float, ...], str] = {}
         self.count = self.alone = 0
         self.why = ""
-        self.finished: Finished | None = None
+        self.finished: tuple[NDArray[np.bool_], Array, Array] | None = None  # where interrupted: which, figures, errors
 
     def unit(self, figure: str) -> str:
         """The unit (SI) of a figure: that of a balance is the torque's, or open if it is a parameter's."""
@@ -183,7 +175,7 @@ class Variation:
         values = np.array([batch.values[name] for name in NAMES])
         errors = np.array([self._error(name, batch) for name in NAMES])
         if batch.interrupted:
-            self.finished = Finished(done, values, errors)
+            self.finished = done, values, errors
             raise KeyboardInterrupt
         return values, errors
 

@@ -59,18 +59,6 @@ class Instant(NamedTuple):
 PlainInstant = Callable[[float, float, float, Any], tuple[float, float, float, tuple[float, ...]]]
 
 
-class Stiction(NamedTuple):
-    """Friction that holds a machine at rest: M* without it (N m), and the friction against a motion from there.
-
-    The latter is infinite where no driving action would move the mechanism. `locking` lists the loads, by path, that cannot
-    move it however large they are: each alone causes friction as large as its push.
-    """
-
-    moment: float
-    friction: float
-    locking: tuple[str, ...]
-
-
 _Row = tuple[Any, Any, Any, dict[str, Any] | None]
 """Inertia, its slope and moment of a stage without flywheel and circuit; efforts of loads by path with joint friction."""
 
@@ -489,8 +477,15 @@ class Dynamics:
             residuals.append(np.where(np.isfinite(one), one, 0.0))
         return np.array(residuals)
 
-    def hold(self, phi: float, ahead: float, behind: float, time: float, states: States = ()) -> Stiction:
-        """The stiction of a machine at rest, at a position between places ahead of it and behind."""
+    def stiction(
+        self, phi: float, ahead: float, behind: float, time: float, states: States = ()
+    ) -> tuple[float, float, Sequence[str]]:
+        """The stiction of a machine at rest, at a position between places ahead of it and behind.
+
+        Returns: M* without it (N m); the friction against a motion from there, infinite where no driving action would move
+        the mechanism; the loads, by path, that cannot move it however large they are, as each alone causes friction as large
+        as its push.
+        """
         friction = self.joint_friction
         at = np.array([float(self._inside(phi)[0])])
         if friction is None:
@@ -498,7 +493,7 @@ class Dynamics:
             for sense, place in ((1.0, ahead), (-1.0, behind)):
                 anchor = Anchor(place, sense * ONSET * self.machine.typical_speed, time, direction=sense)
                 sides.append(_one(sum(part.moment for part in self._parts(float(at[0]), anchor, 0.0, time, states)[0])))
-            return Stiction(0.5 * (sides[0] + sides[1]), 0.5 * (sides[1] - sides[0]), ())
+            return 0.5 * (sides[0] + sides[1]), 0.5 * (sides[1] - sides[0]), ()
         for sense, place in ((1.0, ahead), (-1.0, behind)):
             omega = sense * ONSET * self.machine.typical_speed
             anchor = Anchor(place, omega, time, direction=sense)
@@ -515,7 +510,7 @@ class Dynamics:
         efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
         pushing = {path: float(share) for path, share in shares.items() if path in self._efforts and sense * share > 0.0}
         total = np.ravel(sum(part.inertia for part in parts))
-        return Stiction(moment, *friction.stiction(table, at, sense, total, efforts, pushing))
+        return moment, *friction.stiction(table, at, sense, total, efforts, pushing)
 
     def _instant(
         self,

@@ -611,19 +611,19 @@ class Strokes:
         brake_time = time if brake_time is None else brake_time
         braking = self.braked_from(*begin, time - brake_time)
         rest, _ = _last(braking)
-        stiction = self.driven.hold(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
-        brake, moment, ratio = holding(self.brake, stiction.moment), stiction.moment, self.scene.shafts[self.brake.on]
-        if abs(moment) > brake * ratio + stiction.friction:
+        moment, friction, _ = self.driven.stiction(rest % TURN, *neighbours(self.driven.machine, rest % TURN), 0.0)
+        brake, ratio = holding(self.brake, moment), self.scene.shafts[self.brake.on]
+        if abs(moment) > brake * ratio + friction:
             key = "torque" if moment > 0.0 or self.brake.reverse_torque == self.brake.torque else "reverse_torque"
             defect = f"a brake of {brake:.5g} N m that does not hold the crank at {_at(rest)}, where M* = {moment:.5g} N m"
-            advice = f"at least {(abs(moment) - stiction.friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
+            advice = f"at least {(abs(moment) - friction) / ratio:.4g} N m, a counterbalance, or another stop_at"
             stop = self.plan.stop_at + self.plan.continuous * TURN
             if rest - stop > NEAR_STOP and stop > begin[0]:  # it would absorb the energy of the crank on the way to there
                 energy = 0.5 * float(self.driven.at(begin[0], begin[0], begin[1]).inertia) * begin[1] ** 2
                 needed = energy / (stop - begin[0]) / ratio
                 advice = f"about {needed:.3g} N m to stop it at stop_at, or a brake put on sooner"
             raise SceneError([Fault(f"{BRAKE}.{key}", defect, "one that holds the crank at rest", advice)])
-        return coasting, braking, brake_time, stiction.moment
+        return coasting, braking, brake_time, moment
 
     def inching(self, touch: float) -> float:
         """The angle (rad) that the crank turns from rest at `stop_at` by a touch (s), the driving side idling before."""

@@ -20,10 +20,10 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.numerics.faults import SceneError
 from flywheel.pictures import drives, forms, noun, written
 from flywheel.pictures.forms import (
+    Band,
     Curve,
     Diagram,
     Fill,
-    Level,
     Mark,
     Part,
     Row,
@@ -580,14 +580,14 @@ def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
     return Diagram(figures, row.title, about, (row,), remarks)
 
 
-def _speed_levels(sizing: Sizing) -> tuple[Level, ...]:
+def _speed_levels(sizing: Sizing) -> tuple[Band, ...]:
     """The required band of speeds, and the mean of extremes."""
     eps, mean = sizing.scene.irregularity, sizing.speed
-    middle = Level(mean, mean, _("mean of extremes, {speed} rpm", speed=written(mean * RPM, 6)))
+    middle = Band(mean, mean, _("mean of extremes, {speed} rpm", speed=written(mean * RPM, 6)))
     if eps is None:
         return (middle,)
     percent = written(50 * eps, 4)
-    return Level(mean * (1 - eps / 2), mean * (1 + eps / 2), _("required band, ±{percent} %", percent=percent)), middle
+    return Band(mean * (1 - eps / 2), mean * (1 + eps / 2), _("required band, ±{percent} %", percent=percent)), middle
 
 
 def _confirmation(confirmed: Mapping[str, Any] | None) -> Iterable[str]:

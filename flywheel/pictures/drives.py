@@ -9,7 +9,7 @@ import numpy as np
 
 from flywheel.language import text as _
 from flywheel.pictures import written
-from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Level, Mark, Part, Row, peak
+from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Mark, Part, Row, peak
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
 from flywheel.tables.rows import RPM, place
@@ -105,7 +105,7 @@ def _torques(result: SingleStroke, course: Course) -> Row:
         height=4.4,
         zero=True,
         bands=_bands(result),
-        levels=(Level(clutch.static_torque, clutch.static_torque, capacity),) if near else (),
+        levels=(Band(clutch.static_torque, clutch.static_torque, capacity),) if near else (),
         notes=() if near else (capacity,),
     )
 

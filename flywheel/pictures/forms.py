@@ -265,21 +265,13 @@ class Mark(NamedTuple):
     level: bool = False
 
 
-class Level(NamedTuple):
-    """A band between two values, or one value where both are the same."""
-
-    low: float
-    high: float
-    name: str
-
-
 class Band(NamedTuple):
-    """A stretch of the axis, over the whole height of a row."""
+    """A stretch of an axis: of values, one of them where both ends are the same; or of the driver's, in its own colour."""
 
     low: float
     high: float
     name: str
-    colour: str
+    colour: str = ""
 
 
 class Row(NamedTuple):
@@ -301,7 +293,7 @@ class Row(NamedTuple):
     ticks: str = ""
     fills: tuple[Fill, ...] = ()
     marks: tuple[Mark, ...] = ()
-    levels: tuple[Level, ...] = ()
+    levels: tuple[Band, ...] = ()
     bands: tuple[Band, ...] = ()
     areas: tuple[str, ...] = ()  # words of the numbered areas of the figures
     dots: tuple[tuple[float, float], ...] = ()

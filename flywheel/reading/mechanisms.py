@@ -397,16 +397,9 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
     return {"lift": lift, "contact": contact, "friction": item.fields["friction"]}
 
 
-class Drawn(NamedTuple):
-    """A linkage as far as it could be read: its rotating ports are known even if it has faults.
-
-    `complete` is False if a joint could not be read, so that there may be more ports than these.
-    """
-
-    ports: dict[str, bool]
-    linkage: Linkage
-    points: tuple[PointPort, ...] = ()
-    complete: bool = True
+Drawn = tuple[dict[str, bool], Linkage, tuple[PointPort, ...], bool]
+"""A linkage as far as it could be read: whether each port rotates, which is known even if it has faults; the linkage, its
+points, and False if a joint could not be read, so that there may be more ports than these."""
 
 
 def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Setting, *, several: bool = False) -> Drawn:
@@ -449,7 +442,7 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
     slides = sum(isinstance(kind, str) and kind in (SLIDE, SLOT) for kind in kinds)  # each of which is a port
     plain = all(isinstance(kind, str) and kind in JOINT_KEYS for kind in kinds)
     complete = plain and slides == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
-    return Drawn(offered(linkage, points), linkage, good, bool(bodies) and complete)
+    return offered(linkage, points), linkage, good, bool(bodies) and complete
 
 
 def _start(raw: object, driver: Joint, path: str, faults: Faults) -> float:
@@ -769,9 +762,9 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
     own: dict[str, Any] = {}
     rotating, complete = {port.name: port.rotating for port in kind.ports}, True
     if kind.name == "linkage":
-        drawn = read_linkage(raw, fields, path, setting)
-        own, complete = {"linkage": drawn.linkage, "points": drawn.points}, drawn.complete
-        rotating |= drawn.ports
+        ports, linkage, points, complete = read_linkage(raw, fields, path, setting)
+        own = {"linkage": linkage, "points": points}
+        rotating |= ports
     elif kind.name == "law":
         outputs, period = _outputs(raw, period, travel, path, setting)
         part_table = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}

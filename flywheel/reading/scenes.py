@@ -275,7 +275,7 @@ def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
             faults.unknown(name, name, names)
     parameters, _, unknowns = _parameters(raw.get("parameters"), faults)
     faults.extend(Fault(child("parameters", name), '"balance"', "a value") for name in unknowns)
-    table, read = as_table(raw.get("mechanism", {}), "mechanism", faults), None
+    table, linkage = as_table(raw.get("mechanism", {}), "mechanism", faults), None
     if table is not None:
         kind, own = KINDS["linkage"], ("type", "name")
         keys = [key for key in MECHANISM.keys if key.name in own]
@@ -285,10 +285,10 @@ def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
         if fields["type"] not in (None, kind.name):
             faults.add("mechanism.type", quote(fields["type"]), kind.name)
         setting = Setting(TURN, {}, parameters, frozenset(parameters), folder, faults)
-        read = read_linkage(table, fields, "mechanism", setting, several=True)
-    if faults or read is None:
+        _, linkage, *_ = read_linkage(table, fields, "mechanism", setting, several=True)
+    if faults or linkage is None:
         raise faults.error()
-    return read.linkage
+    return linkage
 
 
 def read_scene(path: str | Path) -> Scene:

@@ -264,20 +264,20 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
 def rest_cause(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
     """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
-    stiction = dynamics.hold(phi, *neighbours(machine, phi), t, states)
+    moment, most, locking = dynamics.stiction(phi, *neighbours(machine, phi), t, states)
     effort, unit = effort_of(machine.scene)
-    if abs(stiction.moment) <= ROUNDING * min(stiction.friction, 1e300):
+    if abs(moment) <= ROUNDING * min(most, 1e300):
         return f"{effort} = 0 {unit}, so that nothing moves it"
     if not dynamics.holds:
         return f"{effort} drives it back on either side"
-    what = f"{friction_of(machine)} holds {effort} = {stiction.moment:.6g} {unit}"
+    what = f"{friction_of(machine)} holds {effort} = {moment:.6g} {unit}"
     if not machine.has_joint_friction and len(machine.stages) > 1:
         return what
-    if stiction.locking:
-        return f"{what}: it locks itself, as no size of {' or '.join(stiction.locking)} moves it (self-locking)"
-    if not math.isfinite(stiction.friction):
+    if locking:
+        return f"{what}: it locks itself, as no size of {' or '.join(locking)} moves it (self-locking)"
+    if not math.isfinite(most):
         return f"{what}: it locks itself, as no action of its driver moves it (self-locking)"
-    return f"{what}, and would hold up to {stiction.friction:.6g} {unit}"
+    return f"{what}, and would hold up to {most:.6g} {unit}"
 
 
 def effort_of(scene: Scene) -> tuple[str, str]:

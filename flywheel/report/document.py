@@ -599,14 +599,6 @@ def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
     return formulas.numeral(Quantity("", value, unit, digits)).text
 
 
-class CyclePoint(NamedTuple):
-    """Point of the cycle at one crank angle: phi (rad), W (J), I* (kg m²)."""
-
-    phi: float
-    work: float
-    inertia: float
-
-
 class Context:
     """A sizing with the common data of its steps: the quantities of its regime by their symbols.
 
@@ -636,12 +628,12 @@ class Context:
         """True if another limit than the irregularity decides the flywheel."""
         return self.sizing.binding not in (None, "irregularity")
 
-    def at(self, phi: float, cycle: Cycle | None = None) -> CyclePoint:
-        """W and I* at a crank angle, from the cycle itself."""
+    def at(self, phi: float, cycle: Cycle | None = None) -> tuple[float, float, float]:
+        """A crank angle (rad), W (J) and I* (kg m²) there, from the cycle itself."""
         cycle = cycle or self.cycle
         assert cycle is not None
         work, variation = cycle.at(*cycle.where(np.array([phi])))
-        return CyclePoint(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
+        return phi, float(work[0]), float(cycle.inertia_at_start + variation[0])
 
     @cached_property
     def works(self) -> Mapping[str, float]:

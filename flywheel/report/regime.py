@@ -16,7 +16,7 @@ from flywheel.numerics import cells
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.document import Cell, Context, CyclePoint, Formula, Note, Part, Section, Step, Table, number, quantity
+from flywheel.report.document import Cell, Context, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.sizing.findings import REPORT, rows_of
 from flywheel.sizing.results import Sizing
@@ -462,11 +462,11 @@ def inertia_torque(context: Context) -> Section | None:
         )
     ]
     values = []
-    for name, point, words in (("a", high, _("greatest")), ("b", low, _("least"))):
-        work, inertia = Quantity(f"W_{name}", point.work, "J"), Quantity(f"I_{name}", point.inertia, "kg m²")
-        value = Quantity(f"T_{name}", point.work - 0.5 * context.area_speed.value**2 * point.inertia, "J")
+    for name, (phi, work_there, inertia_there), words in (("a", high, _("greatest")), ("b", low, _("least"))):
+        work, inertia = Quantity(f"W_{name}", work_there, "J"), Quantity(f"I_{name}", inertia_there, "kg m²")
+        value = Quantity(f"T_{name}", work_there - 0.5 * context.area_speed.value**2 * inertia_there, "J")
         where = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=words)
-        parts.append(_point_table(point, work, inertia, where, f"phi_{name}"))
+        parts.append(_point_table(Quantity(f"phi_{name}", phi, "°"), work, inertia, where))
         parts.append(
             Step(
                 _("Its {extreme} value", extreme=words),
@@ -489,10 +489,9 @@ def inertia_torque(context: Context) -> Section | None:
     return Section(_("The short way of English textbooks, with the inertia torque"), tuple(parts))
 
 
-def _point_table(point: CyclePoint, work: Quantity, inertia: Quantity, title: str, angle: str) -> Table:
+def _point_table(angle: Quantity, work: Quantity, inertia: Quantity, title: str) -> Table:
     """W and I* at a computed angle."""
-    row = (Quantity(angle, point.phi, "°"), work, inertia)
-    return Table(title, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
+    return Table(title, (_("angle, °"), _("W, J"), _("I*, kg m²")), ((angle, work, inertia),))
 
 
 # -- Wittenbauer ------------------------------------------------------------------------------------------------------
@@ -544,7 +543,7 @@ def exact(context: Context) -> Section | None:
         Step(_("Least speed allowed"), "omega_min = omega*(1 - epsilon/2)", (context.speed, context.epsilon), omega_min),
     ]
     slopes, cuts = [], []
-    for point, limit, name, far, words in (
+    for (phi, work_there, inertia_there), limit, name, far, words in (
         (fast, omega_max, "u", "M", _("upper tangent, which touches where W − tan ψ · I* is greatest")),
         (slow, omega_min, "l", "N", _("lower tangent, which touches where W − tan ψ · I* is least")),
     ):
@@ -558,15 +557,10 @@ def exact(context: Context) -> Section | None:
                 tangent,
             )
         )
-        work, inertia = Quantity(f"W_{far}", point.work, "J"), Quantity(f"I_{far}", point.inertia, "kg m²")
-        parts.append(
-            Table(
-                _("The point where it touches: the angle, the work up to it, the reduced inertia there"),
-                (_("angle, °"), _("W, J"), _("I*, kg m²")),
-                ((Quantity(f"phi_{far}", point.phi, "°"), work, inertia),),
-            )
-        )
-        cut = Quantity(f"h_{far}", point.work - tangent.value * point.inertia, "J")
+        work, inertia = Quantity(f"W_{far}", work_there, "J"), Quantity(f"I_{far}", inertia_there, "kg m²")
+        where = _("The point where it touches: the angle, the work up to it, the reduced inertia there")
+        parts.append(_point_table(Quantity(f"phi_{far}", phi, "°"), work, inertia, where))
+        cut = Quantity(f"h_{far}", work_there - tangent.value * inertia_there, "J")
         cuts.append(cut)
         parts.append(
             Step(
@@ -673,14 +667,14 @@ def speeds(context: Context) -> Section | None:
         ("max", run.angle_speed_max, run.speed_max, _("The greatest speed")),
         ("min", run.angle_speed_min, run.speed_min, _("The least speed")),
     ):
-        point = context.at(angle, cycle)
-        work, inertia = Quantity(f"W_{name}_omega", point.work, "J"), Quantity(f"I_{name}_omega", point.inertia, "kg m²")
+        _angle, *values = context.at(angle, cycle)
+        work, inertia = Quantity(f"W_{name}_omega", values[0], "J"), Quantity(f"I_{name}_omega", values[1], "kg m²")
         where = (
             _("Where the speed is greatest: the angle, the work up to it, the reduced inertia there")
             if name == "max"
             else _("Where the speed is least: the angle, the work up to it, the reduced inertia there")
         )
-        parts.append(_point_table(point, work, inertia, where, f"phi_{name}_omega"))
+        parts.append(_point_table(Quantity(f"phi_{name}_omega", angle, "°"), work, inertia, where))
         result = Quantity(f"omega_{name}", speed, "rad/s")
         parts.append(
             Step(
