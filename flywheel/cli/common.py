@@ -19,7 +19,7 @@ from flywheel.language import text as _
 
 if TYPE_CHECKING:
     from flywheel.motions.motion import Transient
-    from flywheel.numerics.faults import Fault, Remark
+    from flywheel.numerics.faults import Remark
     from flywheel.regime.free_motion import Watching
     from flywheel.scene.scene import Scene
 
@@ -206,14 +206,10 @@ def reported(scene: Path) -> Iterator[None]:
         from flywheel.reading.scenes import placed
 
         with use(requested_language()):
-            for fault in placed(error.faults, scene):
-                click.echo(_fault_line(scene, fault), err=True)
+            for fault in placed(error.faults, scene):  # `press.toml: mechanism.rod.length: found ..., expected ...; advice`
+                of_file = fault.path in (scene.name, str(scene), "scene")  # which is named once
+                click.echo(f"{scene}{fault.description}" if of_file else f"{scene}: {fault}", err=True)
         sys.exit(1)
-
-
-def _fault_line(scene: Path, fault: Fault) -> str:
-    """`press.toml: mechanism.rod.length: found ..., expected ...; advice`; a fault of the file itself names it once."""
-    return f"{scene}{fault.description}" if fault.path in (scene.name, str(scene), "scene") else f"{scene}: {fault}"
 
 
 def remarked(scene: Path, remarks: Iterable[Remark]) -> None:

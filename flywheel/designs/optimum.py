@@ -263,21 +263,21 @@ def optimize(
         return search(scene)
     journal = None if resume is None else _Journal(Path(resume), scene, search.keywords)
     earlier = {} if journal is None else journal.read()
-    left = [combination for combination in combinations if tuple(combination.names.items()) not in earlier]
+    left = [(names, values) for names, values in combinations if tuple(names.items()) not in earlier]
     add = (lambda alternative: None) if journal is None else journal.add
     alternatives = [*earlier.values()]
     alternatives += each_of(partial(_alternative, scene, search), left, jobs, progress, "combinations", add)
     if not alternatives:
         raise KeyboardInterrupt
     sign = 1.0 if maximize is None else -1.0
-    alternatives.sort(key=lambda alternative: _order(alternative, sign))
-    best = next(each for each in combinations if each.names == alternatives[0].choices)
-    optimum = search(scene.with_(best.values))  # where no combination has a design, it is refused here
+    alternatives.sort(key=lambda one: inf if one.value is None else sign * one.value)  # those without a design last
+    choices, values = next(each for each in combinations if each[0] == alternatives[0].choices)
+    optimum = search(scene.with_(values))  # where no combination has a design, it is refused here
     missing = len(combinations) - len(alternatives)
     said = (f"interrupted: {missing} of {len(combinations)} combinations were not searched",) if missing else ()
     return replace(
         optimum,
-        choices=best.names,
+        choices=choices,
         alternatives=tuple(alternatives),
         interrupted=optimum.interrupted or bool(missing),
         confirmed=optimum.confirmed and not missing,
@@ -313,11 +313,8 @@ class _Journal:
             file.write(json.dumps(alternative) + "\n")
 
 
-class Combination(NamedTuple):
-    """Values to choose, by path: their names, and themselves."""
-
-    names: dict[str, str]
-    values: dict[str, Any]
+Combination = tuple[dict[str, str], dict[str, Any]]
+"""Values to choose, by path: their names, and themselves."""
 
 
 def combinations_of(choose: Mapping[str, Any]) -> list[Combination]:
@@ -335,23 +332,23 @@ def combinations_of(choose: Mapping[str, Any]) -> list[Combination]:
     if not named:
         return []
     every = product(*(values.items() for values in named.values()))
-    return [Combination(*(dict(zip(named, part, strict=True)) for part in zip(*items, strict=True))) for items in every]
+    combinations = []
+    for items in every:
+        names, values = zip(*items, strict=True)
+        combinations.append((dict(zip(named, names, strict=True)), dict(zip(named, values, strict=True))))
+    return combinations
 
 
 def _alternative(scene: Scene, search: Callable[[Scene], Optimum], combination: Combination) -> Alternative:
     """The best figure with a combination of choices, or the reason why there is none."""
+    names, values = combination
     try:
-        optimum = search(scene.with_(combination.values))
+        optimum = search(scene.with_(values))
     except SceneError as error:
-        return Alternative(combination.names, None, "; ".join(map(str, error.faults[:2])))
+        return Alternative(names, None, "; ".join(map(str, error.faults[:2])))
     if optimum.interrupted:
         raise KeyboardInterrupt
-    return Alternative(combination.names, optimum.value)
-
-
-def _order(alternative: Alternative, sign: float) -> float:
-    """The key of the order of alternatives: the best first, those without a design last."""
-    return inf if alternative.value is None else sign * alternative.value
+    return Alternative(names, optimum.value)
 
 
 def best_design(

@@ -84,7 +84,7 @@ def pareto(
     faults = [] if len(set(objectives)) > 1 else [Fault("minimize", brief(objectives), "two or more figures to trade off")]
     refuse(faults + ([] if points >= 2 else [Fault("points", str(points), "2 or more")]))
     options = {"samples": samples, "starts": starts, "seed": seed, "rtol": rtol, "engine": engine}
-    combinations = combinations_of(choose or {}) or [Combination({}, {})]
+    combinations = combinations_of(choose or {}) or [({}, {})]
     options["fixed"] = bool(choose)
     senses = tuple(k >= len(minimize) for k in range(len(objectives)))
     scene, numbers = scene_of(scene), by_path(over or {})
@@ -156,9 +156,9 @@ def _point(
         search: which of them.
 
     """
-    limits, (combination, aim, levels) = dict(subject_to), search
+    limits, ((choices, values), aim, levels) = dict(subject_to), search
     try:
-        scene = scene.with_(combination.values)
+        scene = scene.with_(values)
         family = Variation(scene, over, options["rtol"], fixed=True)
         formulas = [FigureFormula(family, name, "minimize") for name in objectives]
         for k, level in levels.items():
@@ -175,7 +175,7 @@ def _point(
         return error
     if best.interrupted:
         raise KeyboardInterrupt
-    return ParetoPoint(_values(family, formulas, best), best.numbers, combination.names, best.confirmed)
+    return ParetoPoint(_values(family, formulas, best), best.numbers, choices, best.confirmed)
 
 
 def _values(family: Variation, formulas: Sequence[FigureFormula], best: Optimum) -> tuple[float, ...]:

@@ -596,7 +596,15 @@ def read_elements(raw: Mapping[str, Any], places: Places, drags: Mapping[str, fl
 
 def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting) -> SingleStroke | None:
     """Clutch, brake and rate of a machine that works stroke by stroke; None if it does not, or after faults."""
-    faults, clutches = setting.faults, _clutches(raw, setting.faults)
+    faults, clutches, shafts = setting.faults, dict[str, Item](), raw.get("shafts")
+    for name, written in shafts.items() if isinstance(shafts, Mapping) else ():
+        if isinstance(written, Mapping) and "clutch" in written:
+            path = f"{child('shafts', name)}.clutch"
+            table = as_table(written["clutch"], path, faults)
+            if name == "crank":
+                faults.add(path, "a clutch on the crank", "one on the shaft that drives it", "name that shaft")
+            if table is not None:
+                clutches[name] = read_item(table, CLUTCH, path, faults)
     brakes = list(_listed(raw.get("brake"), SECTIONS["brake"], places, setting))
     if "single_stroke" not in raw:
         advice = "give rate or idle there, or leave it out"
@@ -657,20 +665,6 @@ def read_single_stroke(raw: Mapping[str, Any], places: Places, setting: Setting)
         plan.fields["intrusion"],
         plan.fields["inch"],
     )
-
-
-def _clutches(raw: Mapping[str, Any], faults: Faults) -> dict[str, Item]:
-    """The clutches of shafts by the names of these."""
-    shafts, clutches = raw.get("shafts"), dict[str, Item]()
-    for name, shaft in shafts.items() if isinstance(shafts, Mapping) else ():
-        if isinstance(shaft, Mapping) and "clutch" in shaft:
-            path = f"{child('shafts', name)}.clutch"
-            table = as_table(shaft["clutch"], path, faults)
-            if name == "crank":
-                faults.add(path, "a clutch on the crank", "one on the shaft that drives it", "name that shaft")
-            if table is not None:
-                clutches[name] = read_item(table, CLUTCH, path, faults)
-    return clutches
 
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:

@@ -253,8 +253,8 @@ def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
     """
     if isinstance(source, Mapping):
         return _linkage(source, None)
-    if isinstance(source, str) and not source.endswith(".toml") and ("\n" in source or "=" in source):
-        return _parsed(source, "scene", partial(_linkage, folder=None))
+    if is_toml(source):
+        return _parsed(str(source), "scene", partial(_linkage, folder=None))
     file = Path(source)
     return _parsed(file_text(file), file.name, partial(_linkage, folder=file.parent))
 

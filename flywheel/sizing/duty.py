@@ -140,7 +140,13 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     every = limits.together(spans.values())
     inertia, error = next((span.first, span.error) for span in every if span.state is LimitState.KEPT)
     runs = _all(running, lambda phase: plain(analysed(_scene(phase), inertia)))
-    hardest = max(running, key=lambda p: (_begins(spans[_of(p)], inertia), *_hardness(alone[p.name], runs[p.name])))
+
+    def hardness(phase: Phase) -> tuple[bool, float, float]:
+        """Order of the phases: whose limit decides, by the flywheel that each needs, then by its irregularity."""
+        own = alone[phase.name].inertia or 0.0
+        return _begins(spans[_of(phase)], inertia), own, _irregularity(runs[phase.name])
+
+    hardest = max(running, key=hardness)
     decides = next((name for name in whole if inertia > 0.0 and _begins(spans[name], inertia)), None)
     if decides is None and alone[hardest.name].inertia == inertia:
         result = size(_scene(hardest))
@@ -149,7 +155,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         result = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
     wheel = result.flywheel._replace(broken=limits.broken_beyond(every, inertia))
     duty = over(scene.duty, runs, inertia, follow=not whole)._replace(governing=hardest.name)
-    needed = {name: _smallest(spans[name]) for name in whole}
+    needed = {name: next(span.first for span in spans[name] if span.state is LimitState.KEPT) for name in whole}
     for name in scene.limits.keys() - whole.keys():
         needed[name] = max(sizing.limits[name].alone for sizing in alone.values())
     kept = {name: _reached(name, limit, duty, runs, needed[name], error) for name, limit in scene.limits.items()}
@@ -200,15 +206,6 @@ def ranges(sizing: Sizing) -> list[Span]:
 def _begins(spans: Iterable[Span], inertia: float) -> bool:
     """Tests whether a limit is kept by a flywheel, and not by slightly lighter ones."""
     return any(span.state is LimitState.KEPT and span.first == inertia for span in spans)
-
-
-def _smallest(spans: Iterable[Span]) -> float:
-    return next(span.first for span in spans if span.state is LimitState.KEPT)
-
-
-def _hardness(alone: Sizing, run: Sizing) -> tuple[float, float]:
-    """Order of the phases: by the flywheel that each needs, then by its irregularity."""
-    return alone.inertia or 0.0, _irregularity(run)
 
 
 WHOLE = {"motor_heat": "heat_share", "motor_rms": "rms_torque_share"}

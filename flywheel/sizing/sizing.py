@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
@@ -184,7 +184,9 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
 
     # result
     reached = scene.irregularity if flywheel.needed or regime.run is None else regime.run.irregularity
-    limits = regime.limits or _limits(scene, flywheel.exact, errors.exact, reached)
+    limits, binding = regime.limits, regime.binding
+    if not limits:
+        limits, binding = _limits(scene, flywheel.exact, errors.exact, reached)
     limits = {name: limit._replace(simulated=confirmed.limited.get(name)) for name, limit in limits.items()}
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
@@ -234,7 +236,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         servo=servo,
         temperature=None if shaft is None else temperature(shaft),
         limits=limits,
-        binding=regime.binding if regime.limits else _binding(limits),
+        binding=binding,
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
@@ -489,16 +491,14 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
     )
 
 
-def _limits(scene: Scene, exact: float | None, error: float | None, reached: float | None) -> dict[str, Limit]:
-    """The irregularity if it is the only limit: the exact flywheel is the one for it."""
+def _limits(
+    scene: Scene, exact: float | None, error: float | None, reached: float | None
+) -> tuple[dict[str, Limit], str | None]:
+    """The irregularity if it is the only limit, which the exact flywheel is for; and its name if a flywheel is needed."""
     if not scene.limits or exact is None or reached is None:
-        return {}
-    return {name: Limit(limit, reached, exact, None, error or 0.0, error or 0.0) for name, limit in scene.limits.items()}
-
-
-def _binding(limits: Mapping[str, Limit]) -> str | None:
-    """The limit that decides a flywheel, if there is one limit and a flywheel is needed."""
-    return next((name for name, limit in limits.items() if limit.alone > 0.0), None)
+        return {}, None
+    limit = {name: Limit(limit, reached, exact, None, error or 0.0, error or 0.0) for name, limit in scene.limits.items()}
+    return limit, next(iter(limit)) if exact > 0.0 else None
 
 
 def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Stability | None = None) -> Iterator[str]:
@@ -622,7 +622,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, own_inertia) if figure is None else (figure, eps or 0.0)
     built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
-    limits = _limits(scene, figure, error, eps)
+    limits, binding = _limits(scene, figure, error, eps)
     return Sizing(
         scene=scene,
         speed=scene.speed,
@@ -655,7 +655,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         messages=(*_missed(errors, rtol, remainder), *of_wheel),
         built=built,
         limits=limits,
-        binding=_binding(limits),
+        binding=binding,
         accuracy=level,
         cost=meter.cost,
         proof=_proof(scene) if level == levels.PROOF else None,

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
-from math import degrees, isnan, pi
+from math import degrees, inf, isnan, pi
 from textwrap import wrap
 
 import numpy as np
@@ -231,8 +231,8 @@ def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) 
     blocks, reasons, worst = [], dict[str, list[str]](), 0.0
     for name in selection(sensitivities.derivatives, names):
         rows, none = [], []
-        order = sorted(sensitivities.numbers, key=lambda path, name=name: -abs(_or_zero(change(sensitivities, name, path))))  # type: ignore[misc]
-        for path in order:
+        sizes = {path: abs(change(sensitivities, name, path)) for path in sensitivities.numbers}
+        for path in sorted(sizes, key=lambda path: -inf if isnan(sizes[path]) else -sizes[path]):
             derivative, unit = (
                 sensitivities.derivative(name, path),
                 unit_of(sensitivities.figure_units[name], sensitivities.units[path]),
@@ -254,10 +254,6 @@ def sensitivities_text(sensitivities: Sensitivities, names: Sequence[str] = ()) 
     for reason, of in reasons.items():
         said.append(f"No derivative of {', '.join(of)} by {reason}.")
     return paragraphs((head, *blocks, [line for sentence in said for line in _wrapped(sentence)]))
-
-
-def _or_zero(value: float) -> float:
-    return float("inf") if isnan(value) else value
 
 
 def _slope(derivative: Derivative) -> str:

@@ -737,7 +737,7 @@ def test_an_interruption_keeps_the_combinations_that_were_searched(monkeypatch):
     own, last = optimum._alternative, ["25"]
 
     def interrupted(*arguments):
-        if arguments[-1].names["parameters.teeth"] in last:
+        if arguments[-1][0]["parameters.teeth"] in last:
             raise KeyboardInterrupt
         return own(*arguments)
 
@@ -758,7 +758,7 @@ def test_a_choice_continues_from_the_combinations_of_its_file(tmp_path, monkeypa
     own, searched, file = optimum._alternative, [], tmp_path / "choice.jsonl"
 
     def counted(*arguments):
-        searched.append(arguments[-1].names["parameters.teeth"])
+        searched.append(arguments[-1][0]["parameters.teeth"])
         return own(*arguments)
 
     monkeypatch.setattr(optimum, "_alternative", counted)
