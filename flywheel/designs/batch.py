@@ -54,11 +54,15 @@ class Sums(NamedTuple):
     """Sums over a cycle, for every design.
 
     `start`: I*(0) (kg m²); `balance` with `by_unknown`, the integral of dM*/du; `net` and `exchanged` work (J). `work` (J),
-    `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell.
+    `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell,
+    `of_net` (J) that of the net work.
+
     `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
-    point and 1, and of I* - I*(0); `fastest` and `slowest` (rad) where the second is greatest and the third least, with the
-    error `angle` of the worse one, and `moving` (2, designs) I* - I*(0) there. `extent` (4, designs) has the least and
-    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` the reference for them.
+    point and 1, and of I* - I*(0); `apart` (3, designs) the errors of the differences of works, of energies at the fastest
+    and the slowest point, and of those with z = 1. `fastest` and `slowest` (rad) are where the second is greatest and the
+    third least, with the error `angle` of the worse one, and `moving` (2, designs) I* - I*(0) there. `extent` (4, designs)
+    has the least and greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` the reference for
+    them.
     """
 
     start: Array
@@ -70,8 +74,10 @@ class Sums(NamedTuple):
     variation: Array
     inertia: Array
     first: Array
+    of_net: Array
     greatest: Array
     least: Array
+    apart: Array
     fastest: Array
     slowest: Array
     angle: Array
@@ -89,8 +95,9 @@ class Cycles(NamedTuple):
 
     `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
     cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
-    are the errors of W and of I* - I*(0), `inertias` (cells, designs) that of I*, `tails` and `by_cell` (2, cells, designs)
-    the truncation of the first two series, and its share in W and in I*; `mean` is that of I* with its error.
+    are the errors of W and of I* - I*(0), `net` that of the net work, `inertias` (cells, designs) that of I*, `tails` (2,
+    cells, designs) the truncation of the first two series, `by_cell` and `inside` its shares as in `CycleErrors`; `mean` is
+    that of I* with its error.
     """
 
     edges: Array
@@ -102,9 +109,11 @@ class Cycles(NamedTuple):
     noise: Array
     work: Array
     variation: Array
+    net: Array
     inertias: Array
     tails: Array
     by_cell: Array
+    inside: Array
     exchanged: Array
     mean: Array
 
@@ -149,22 +158,24 @@ def summed_values(values: Array, givens: DesignValues, edges: Array) -> Sums:
     """The same from M*, dI*/dphi, I*, the sizes of the first two and dM*/du at the nodes, as in `assembled`."""
     half = 0.5 * (edges[1:] - edges[:-1])
     count = edges.shape[1]
-    balance, by_unknown, spread = np.zeros(count), np.zeros(count), np.ones(count)
+    balance, by_unknown, spread = np.zeros(count), np.zeros(count), (np.ones(count), np.ones(count))
     if givens.unknown:
         net, by_unknown = (_times(_WEIGHTS, values[::5])[:, 0] * half).sum(axis=1)
         size = (_times(_WEIGHTS, np.abs(values[5:]))[0, 0] * half).sum(axis=0)
         balance = np.where(np.abs(by_unknown) > NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
-        spread = turning_moment.spread_of(by_unknown, size)
         values[5] *= balance
         values[0] += values[5]
         values[3] += np.abs(values[5])
+        exchanged = (_times(_WEIGHTS, values[3:4])[0, 0] * half).sum(axis=0)
+        share = np.abs(balance) * size / np.maximum(exchanged, 1e-300)
+        spread = turning_moment.spread_of(by_unknown, size), turning_moment.spread_of(by_unknown, size, share)
     cycle = assembled(edges, values, spread)
     square, eps = givens.speed**2, givens.irregularity
     factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
     return summed(cycle, factors, givens, balance=balance, by_unknown=by_unknown)
 
 
-def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
+def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycles:
     """The cycles of designs from their values at the nodes; see `turning_moment.assembled`.
 
     Args:
@@ -182,22 +193,26 @@ def assembled(edges: Array, values: Array, spread: Array | float) -> Cycles:
     np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
     exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
     series = _times(_FIT, values[:3])
-    tails = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
+    tails, of_whole = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
     by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
-    by_cell[0] *= spread
-    interpolation = by_cell.sum(axis=1)
-    angle = _by_angles(values[:2, 1:_LAST], phi)
+    inside = by_cell * (1.0 - of_whole[:2])
+    whole = (by_cell - inside).sum(axis=1)
+    by_chance, shifted = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
-    work = interpolation[0] + spread * (MOMENT_ROUNDING * exchanged + angle[0])
-    variation = interpolation[1] + MOMENT_ROUNDING * slope_exchanged + angle[1]
+    anywhere, rounding = whole + shifted, MOMENT_ROUNDING * exchanged
+    net = rounding + anywhere[0] + by_chance[0]
+    work = spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + inside[0].sum(axis=0))
+    variation = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + np.abs(start[1, -1])) + 0.5**0.5 * by_chance[1]
+    variation += inside[1].sum(axis=0)
+    by_cell[0] *= spread[0]
+    inside[0] *= spread[0]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
     mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
-    return Cycles(
-        edges, middle, half, values[:2], series, start, noise, work, variation, inertias, tails[:2], by_cell, exchanged, mean
-    )
+    errors = work, variation, net, inertias, tails[:2], by_cell, inside
+    return Cycles(edges, middle, half, values[:2], series, start, noise, *errors, exchanged, mean)
 
 
 def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Array, by_unknown: Array) -> Sums:
@@ -213,21 +228,22 @@ def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Arra
         variation=cycle.variation,
         inertia=cycle.inertias.max(axis=0),
         first=cycle.inertias[0],
+        of_net=cycle.net,
         **extremes_of(cycle, factors, np.broadcast_to(givens.loose, count)),
         mean=cycle.mean,
         largest=np.abs(cycle.series[2]).sum(axis=0).max(axis=0),
     )
 
 
-def _by_angles(values: Array, phi: Array) -> Array:
-    """Errors of integrals by rounded angles, from the differences of values from node to node and cell to cell."""
+def _by_angles(values: Array, phi: Array) -> tuple[Array, Array]:
+    """Errors of integrals by angles rounded each by itself and all together, from differences of neighbouring values."""
     inside, between = values[:, 1:] - values[:, :-1], values[:, 0, 1:] - values[:, -1, :-1]
     swings = np.abs(inside).sum(axis=(1, 2)) + np.abs(between).sum(axis=1)
     inside *= phi[1:]
     inside *= inside
     between *= phi[0, 1:]
     squares = inside.sum(axis=(1, 2)) + (between * between).sum(axis=1)
-    return np.asarray(BY_ANGLES * np.sqrt(squares) + SHIFT * swings)
+    return BY_ANGLES * np.sqrt(squares), SHIFT * swings
 
 
 def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array]:
@@ -243,6 +259,17 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
     greatest, least = at_edges.max(axis=1), at_edges.min(axis=1)
     np.maximum.at(greatest, (which, design), at_roots)
     np.minimum.at(least, (which, design), at_roots)
+    apart = []
+    for high, low, factor in ((WORK, WORK, 0.0 * factors[0]), (FAST, SLOW, -factors[0]), (TORQUE, TORQUE, -factors[2])):
+        inside = cycles.inside[0] + factor * cycles.inside[1]  # a place as great but for that may be greater
+        beside = np.concatenate((inside[:1], np.maximum(inside[1:], inside[:-1]), inside[-1:]))
+        error = cycles.work + factor * cycles.variation - inside.sum(axis=0)
+        for row, best, sign in ((high, greatest[high], 1.0), (low, least[low], -1.0)):
+            beyond = (sign * (at_edges[row] - best) + beside).max(axis=0)
+            own = which == row
+            np.maximum.at(beyond, design[own], (sign * (at_roots - best[design]) + inside[cell, design])[own])
+            error = error + beyond
+        apart.append(error)
     angles, moving, worst = [], [], np.zeros(count)
     for row, extreme, sign in ((FAST, greatest[FAST], 1.0), (SLOW, least[SLOW], -1.0)):
         # of those that differ only by rounding, the first by angle: an edge, or a root in a cell before it
@@ -263,6 +290,7 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
     return {
         "greatest": greatest,
         "least": least,
+        "apart": np.stack(apart),
         "fastest": angles[0],
         "slowest": angles[1],
         "angle": worst,
@@ -361,7 +389,7 @@ def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: I
 def places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
     """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
     number, count = cycles.half.shape
-    level = cycles.noise[0] + factor * cycles.noise[1] + cycles.work / cycles.edges[-1]
+    level = cycles.noise[0] + factor * cycles.noise[1] + cycles.net / cycles.edges[-1]
     design, end = np.arange(count), cycles.edges[-1]
     half, edge = cycles.half[cell, design], cell + (t > 0.0)
     series = cycles.series[0, :, cell, design] - factor[:, None] * cycles.series[1, :, cell, design]
@@ -411,8 +439,7 @@ def moved(engine: Callable[[DesignValues], Sums], givens: DesignValues, inertia:
         step = excess / (square * steepness)
         eps = np.clip(eps + step, 0.0, 2.0)
         lightest = total + sums.least[INERTIA]
-        error = (2 * sums.work + square * sums.variation) / (square * lightest * eps)
-        error += 2 * (sums.inertia / lightest + 4 * ROUNDING)
+        error = 2 * sums.apart[1] / (square * lightest * eps) + 2 * (sums.first / lightest + 4 * ROUNDING)
         settled = np.abs(step) <= np.maximum(_SETTLED, 0.1 * error) * eps
         givens = givens._replace(irregularity=eps, loose=2 * error * eps / (1 - eps / 2))
         sums = engine(givens)
@@ -436,16 +463,14 @@ def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[st
     fluctuation, torque = ((sums.greatest[row] - sums.least[row]) / unit for row in (WORK, TORQUE))
     total = (sums.greatest[FAST] - sums.least[SLOW]) / unit
     exact, torque = total - start, np.maximum(torque, 0.0)
-    error = (sums.work + 0.5 * (1 + eps / 2) ** 2 * square * sums.variation) / unit
-    error += sums.inertia + 4 * ROUNDING * (np.abs(total) + start)
+    error = sums.apart[1] / unit + sums.first + 4 * ROUNDING * (np.abs(total) + start)
     scale = np.maximum(exact, fluctuation)
     at_hand = np.maximum(sums.largest, sums.exchanged / unit)
     scale = np.where(scale > 4 * error, scale, np.maximum(scale, at_hand))
     error = np.where(exact < -error, 0.0, error)
     least, least_error = _least_inertia(sums), sums.extent[2]
     by_slope = np.minimum(least_error, sums.variation)
-    of_areas = sums.work / unit + 4 * ROUNDING * fluctuation
-    of_torque = (sums.work + 0.5 * square * sums.variation) / unit + 4 * ROUNDING * torque
+    of_areas, of_torque = sums.apart[0] / unit + 4 * ROUNDING * fluctuation, sums.apart[2] / unit + 4 * ROUNDING * torque
 
     def relative(error: Array, figure: Array | float) -> Array:
         size = np.maximum(figure, fluctuation)
@@ -487,7 +512,7 @@ def of_cycle(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[s
 
     That is infinite if only rounding varies the speed, if net work remains, and for excessive values.
     """
-    of_work = sums.work / np.maximum(sums.exchanged, 1e-300)
+    of_work = np.maximum(sums.work, sums.of_net) / np.maximum(sums.exchanged, 1e-300)
     least, greatest, least_error, greatest_error = sums.extent
     by_slope = sums.variation + sums.first
     own = (np.where(sums.variation <= each, by_slope, each) for each in (least_error, greatest_error))
@@ -534,16 +559,16 @@ def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, g
     """Adds the balance and the drive's power at the mean of the extreme speeds, with their errors."""
     exchanged = np.maximum(sums.exchanged, 1e-300)
     by_balance = np.abs(sums.balance * sums.by_unknown)
-    of_balance = np.divide(sums.work, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
+    of_balance = np.divide(sums.of_net, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
     torque = givens.torque
     if givens.unknown:
         values["balance"] = sums.balance
-        errors["balance"] = np.where(sums.balance != 0.0, of_balance + _READING_ERROR, sums.work / exchanged)
+        errors["balance"] = np.where(sums.balance != 0.0, of_balance + _READING_ERROR, sums.of_net / exchanged)
     if givens.drive is None:
         return
     work = (sums.balance if torque is None else torque) * givens.drive * givens.span
-    error = of_balance * np.abs(work) + sums.work if torque is None else _READING_ERROR * np.abs(work)
-    work = np.where(np.abs(work) <= sums.work, 0.0, work)
+    error = of_balance * np.abs(work) + sums.of_net if torque is None else _READING_ERROR * np.abs(work)
+    work = np.where(np.abs(work) <= sums.of_net, 0.0, work)
     size = np.abs(work)
     values["power"] = work * givens.speed / givens.span
     errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + 2 * _READING_ERROR

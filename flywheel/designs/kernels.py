@@ -24,7 +24,19 @@ import numpy as np
 
 from bondgraph.recording import Program, source
 from flywheel.designs import batch
-from flywheel.designs.batch import FAST, INERTIA, NO_EFFECT, POINTS, ROOT_RANGE, TAIL_SHARE, Pieces, Sums
+from flywheel.designs.batch import (
+    FAST,
+    INERTIA,
+    NO_EFFECT,
+    POINTS,
+    ROOT_RANGE,
+    SLOW,
+    TAIL_SHARE,
+    TORQUE,
+    WORK,
+    Pieces,
+    Sums,
+)
 from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, TAIL_OF_INTEGRAL, Array
@@ -180,17 +192,17 @@ _MATH = Program((), (), (), ()).function("math").__globals__ | {"sin": sine, "co
 
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
 
-_WIDTHS = {"greatest": 5, "least": 5, "moving": 2, "extent": 4, "mean": 2}  # rows of a sum, if it has several
+_WIDTHS = {"greatest": 5, "least": 5, "apart": 3, "moving": 2, "extent": 4, "mean": 2}  # rows of a sum, if it has several
 _ROWS = np.cumsum([0, *(_WIDTHS.get(name, 1) for name in Sums._fields)]).tolist()
-(_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = _ROWS[:9]
-(_GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT) = _ROWS[9:]
+(_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST, _OF_NET) = _ROWS[:10]
+(_GREATEST, _LEAST, _APART, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT) = _ROWS[10:]
 # rows of LANES numbers that belong to one cell
-(_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CELL) = (
-    k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16)
+(_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CUT, _CELL) = (
+    k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16, 18)
 )
 # and to the whole cycle: sums over cells, and the values at the last node
-(_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _CYCLE) = (
-    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14)
+(_SHIFTED, _INSIDE, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _WHOLE, _CYCLE) = (
+    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14, 16)
 )
 # and to a block of roots, after three series with two zeros beyond each
 _TERMS = ORDER + 2
@@ -201,7 +213,7 @@ _TERMS = ORDER + 2
 def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
     """The balance of the net work, and M* and its sizes with it."""
     out[_BALANCE : _BY_UNKNOWN + 1] = 0.0
-    out[_WORK_ERROR] = 1.0  # first the factor by which a balance spreads errors
+    out[_WORK_ERROR], out[_OF_NET] = 1.0, 0.0  # first the factor by which a balance spreads errors, and its own work
     if not unknown:
         return
     net, own, size = np.zeros(_L), np.zeros(_L), np.zeros(_L)
@@ -222,6 +234,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
         out[_WORK_ERROR, i] = _spread_of(own[i], size[i])
         out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > NO_EFFECT * size[i] else np.nan
         net[i] = out[_BALANCE, i]
+        out[_OF_NET, i] = abs(net[i]) * size[i]
     for cell in range(values.shape[0]):
         v = values[cell].reshape(-1)
         for node in range(1, ORDER + 1):
@@ -232,7 +245,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
 
 
 @_compiled
-def fitted(v: Any, s: Any, w: Any, folded: Any) -> None:
+def fitted(v: Any, s: Any, w: Any, c: Any, folded: Any) -> None:
     """Series of M*, dI*/dphi and I* on one cell, their values at its ends, and the errors of the interpolants.
 
     Even coefficients follow from sums of values at ±t, odd ones from differences.
@@ -263,7 +276,12 @@ def fitted(v: Any, s: Any, w: Any, folded: Any) -> None:
             first_pair = max(abs(s[last + i]), abs(s[last + _L + i]))
             second = max(abs(s[last + 2 * _L + i]), abs(s[last + 3 * _L + i]))
             third = max(abs(s[last + 4 * _L + i]), abs(s[last + 5 * _L + i]))
-            w[_TAILS + row * _L + i] = _tail(first_pair, second, third)
+            error, of_whole = _tail(first_pair, second, third)
+            w[_TAILS + row * _L + i] = error
+            if row < 2:
+                cut = TAIL_OF_INTEGRAL * error * w[_HALF + i]
+                w[_CUT + row * _L + i] = cut * (1.0 - of_whole)
+                c[_WHOLE + row * _L + i] += cut * of_whole
     for i in range(_L):
         left, right = v[2 * _P * _L + i], v[(3 * _P - 1) * _L + i]
         w[_LOW + i], w[_HIGH + i] = min(left, right), max(left, right)
@@ -290,7 +308,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
                 total += _WEIGHTS[node] * value
             w[_NOISE + own + i] += 32 * ROUNDING * most
             c[_SIZE + own + i] += total * w[_HALF + i]
-            c[_CUT + own + i] += TAIL_OF_INTEGRAL * w[_TAILS + own + i] * w[_HALF + i]
+            c[_INSIDE + own + i] += w[_CUT + own + i]
         for i in range(_L):
             mean = 0.0
             for k in range(0, ORDER, 2):
@@ -334,7 +352,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         v, s, w = values[cell].reshape(-1), series[cell].reshape(-1), cellwise[cell].reshape(-1)
         for i in range(2 * _L):
             w[_START + i] = 0.0 if cell == 0 else cellwise[cell - 1, _STOP // _L + i // _L, i % _L]
-        fitted(v, s, w, folded)
+        fitted(v, s, w, c, folded)
         summed(v, s, w, c, cell == 0)
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
@@ -342,11 +360,20 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
         out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
-        out[_VARIATION, i] = 1.0
-        for row in range(2):
-            k = row * _L + i
-            angle = BY_ANGLES * math.sqrt(c[_SHIFTED + k]) + SHIFT * c[_SWING + k]
-            out[_WORK_ERROR + row, i] *= c[_CUT + k] + MOMENT_ROUNDING * c[_SIZE + k] + angle
+        spread = out[_WORK_ERROR, i]
+        of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
+        by_chance, rounding = BY_ANGLES * math.sqrt(c[_SHIFTED + i]), MOMENT_ROUNDING * c[_SIZE + i]
+        anywhere = c[_WHOLE + i] + SHIFT * c[_SWING + i]
+        out[_OF_NET, i] = rounding + anywhere + by_chance
+        out[_APART, i] = of_exchange * rounding + spread * (anywhere + by_chance)
+        out[_WORK_ERROR, i] = out[_APART, i] + spread * c[_INSIDE + i]
+        k = _L + i
+        anywhere = c[_WHOLE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
+        by_chance = math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
+        out[_APART + 1, i] = 0.5 * (MOMENT_ROUNDING * c[_SIZE + k] + anywhere) + by_chance
+        out[_VARIATION, i] = out[_APART + 1, i] + c[_INSIDE + k]
+        for cell in range(number):
+            cellwise[cell, _CUT // _L, i] *= spread
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
 
@@ -490,7 +517,8 @@ def compared(
             inside, w = value_at(series, 2, cell, i, between[2, r]), cellwise[cell]
             w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
             w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
-    out[_GREATEST:_LEAST], out[_LEAST:_FASTEST] = best[:, 0, 0], 0.0 - best[:, 1, 0]
+    out[_GREATEST:_LEAST], out[_LEAST:_APART] = best[:, 0, 0], 0.0 - best[:, 1, 0]
+    parted(cellwise, factors, where, between, outcome, best, out)
     for k in range(2):  # where rounding alone tells several extremes apart, which is the first is in doubt
         function, sign = FAST + k, 1.0 - 2.0 * k
         out[_MOVING + k] = best[function, k, 3]
@@ -522,6 +550,39 @@ def compared(
 
 
 @_compiled
+def parted(cellwise: Any, factors: Any, where: Any, between: Any, outcome: int, best: Any, out: Any) -> None:
+    """The errors of the differences between greatest and least values, from those at edges; see `batch.extremes_of`."""
+    number, work_at, variation_at, cut = cellwise.shape[0], _STOP // _L, _STOP // _L + 1, _CUT // _L
+    beyond = np.zeros((5, 2, _L))
+    for function in range(INERTIA):
+        for k in range(2):
+            sign, most, e = 1.0 - 2.0 * k, beyond[function, k], best[function, k, 0]
+            for cell in range(number):
+                after = min(cell + 1, number - 1)
+                for i in range(_L):
+                    size = abs(factors[function, i])
+                    left = cellwise[cell, cut, i] + size * cellwise[cell, cut + 1, i]
+                    right = cellwise[after, cut, i] + size * cellwise[after, cut + 1, i]
+                    value = cellwise[cell, work_at, i] + factors[function, i] * cellwise[cell, variation_at, i]
+                    most[i] = max(most[i], sign * value - e[i] + max(left, right))
+                    if cell == 0:  # at the first edge everything is 0
+                        most[i] = max(most[i], left - e[i])
+    for r in range(outcome):
+        function, cell, i = where[0, r], where[1, r], where[2, r]
+        if function < INERTIA:
+            value = between[0, r] + factors[function, i] * between[1, r]
+            inside = cellwise[cell, cut, i] + abs(factors[function, i]) * cellwise[cell, cut + 1, i]
+            for k in range(2):
+                off = (1.0 - 2.0 * k) * value - best[function, k, 0, i] + inside
+                beyond[function, k, i] = max(beyond[function, k, i], off)
+    for i in range(_L):
+        work, variation = out[_APART, i], out[_APART + 1, i]
+        out[_APART, i] = work + beyond[WORK, 0, i] + beyond[WORK, 1, i]
+        out[_APART + 1, i] = work + abs(factors[FAST, i]) * variation + beyond[FAST, 0, i] + beyond[SLOW, 1, i]
+        out[_APART + 2, i] = work + abs(factors[TORQUE, i]) * variation + beyond[TORQUE, 0, i] + beyond[TORQUE, 1, i]
+
+
+@_compiled
 def value_at(series: Any, row: int, cell: int, i: int, t: float) -> Any:
     """A series at a local abscissa, by Clenshaw's recurrence."""
     b, after = 0.0, 0.0
@@ -545,7 +606,7 @@ def placed(values: Any, edges: Any, series: Any, cellwise: Any, factors: Any, be
     number, of_half, of_noise = series.shape[0], _HALF // _L, _NOISE // _L
     for i in range(_L):
         end = edges[number, i]
-        own = out[_WORK_ERROR, i] / end
+        own = out[_OF_NET, i] / end
         out[_ANGLE, i] = 4 * ROUNDING * end
         for k in range(2):
             cell, t, factor = int(best[FAST + k, k, 1, i]), best[FAST + k, k, 2, i], factors[FAST + k, i]

@@ -366,12 +366,12 @@ def _at_constant_speed(
     eps = givens.irregularity
     sized = givens.inertia is None and bool(np.isfinite(eps).all())
     rate = moments.constant(speed, unknown[:, None, None])
-    cycle = _cycle(moments, rate)
+    cycle = _cycle(moments, rate, unknown)
     loose: Any = 0.0
     if not givens.unknown:  # the last digits of a speed that the machine takes by itself shift a stiff torque in the cycle
         shifted = 4 * ROUNDING * speed * moments.total(np.abs(rate.by_speed))
-        cycle = cycle._replace(work=cycle.work + shifted)
-        loose = 2 * cycle.work / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
+        cycle = cycle._replace(work=cycle.work + shifted, net=cycle.net + shifted)
+        loose = 2 * cycle.net / np.maximum(np.abs(moments.total(rate.by_speed)) * speed, 1e-300)
     at_speed = givens._replace(speed=speed, drive=None, unknown=False, irregularity=eps if sized else 0.0 * speed)
     square, none = speed**2, np.zeros(speed.shape)
     share = np.stack([(1 + sign * at_speed.irregularity / 2) ** 2 for sign in (1, -1, 0)])
@@ -389,13 +389,14 @@ def _at_constant_speed(
     return values, errors, missed, np.stack((least, greatest, least_error, np.maximum(guess, lightest)))
 
 
-def _cycle(moments: DesignMoments, rate: Rate) -> batch.Cycles:
+def _cycle(moments: DesignMoments, rate: Rate, unknown: Array) -> batch.Cycles:
     """The cycles in which F is as given at the nodes."""
     rows = rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness
     values = np.zeros((5, batch.POINTS.size, *moments.mesh.half.shape[1::-1]))
     for into, row in zip(values, rows, strict=True):
         into[1:-1] = row.transpose(2, 1, 0)
-    spread = spread_of_closing(rate, moments.mesh, balanced=moments.machine.scene.unknown is not None)
+    balanced = moments.machine.scene.unknown is not None
+    spread = spread_of_closing(rate, moments.mesh, balanced=balanced, unknown=unknown)
     return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread)
 
 
@@ -637,7 +638,7 @@ def _of_motion(
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
     """The same of motions on cells that end where meshes change the side that drives."""
     cycle, state, extremes, eps, speed = (
-        _cycle(moments, solved.rate),
+        _cycle(moments, solved.rate, solved.state.unknown),
         solved.state,
         solved.extremes,
         solved.irregularity,
@@ -645,7 +646,8 @@ def _of_motion(
     )
     inertia, balanced = state.inertia, givens.unknown
     by_cell = cycle.by_cell.transpose(0, 2, 1)
-    of_cycle: Any = (cycle.work, cycle.variation, cycle.inertias.max(axis=0), by_cell, cycle.inertias.T)
+    worst: Any = cycle.inertias.max(axis=0)
+    of_cycle: Any = (cycle.work, cycle.variation, worst, by_cell, cycle.inside, cycle.net, cycle.inertias.T)
     own = motion_errors(solved, demand, CycleErrors(*of_cycle), inertia + cycle.inertia_at_start)
     by_stiffness, bound_by_stiffness = errors_by_stiffness(solved)
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness
@@ -656,7 +658,7 @@ def _of_motion(
     if balanced:
         errors["speed"] = _READING_ERROR + np.abs(speed / givens.speed - 1.0)
     exchanged = np.maximum(cycle.exchanged, 1e-300)
-    missed = np.maximum(irregularity, cycle.work / exchanged)
+    missed = np.maximum(irregularity, np.maximum(cycle.work, cycle.net) / exchanged)
     if demand.inertia is None:
         kept &= (inertia > 0.0) & (bound <= _HARDLY * (inertia + moments.inertia.max(axis=(-2, -1))))
         scale = np.maximum(inertia, np.ptp(cycle.start[0], axis=0) / (eps * speed**2))
@@ -666,10 +668,10 @@ def _of_motion(
         values["irregularity"], errors["irregularity"] = eps, irregularity
     if balanced:
         balance, size = state.unknown, np.abs(state.unknown * moments.total(solved.rate.by_unknown))
-        of_balance = own.balance * cycle.work / np.where(size > 0.0, size, np.inf)
+        of_balance = own.balance * cycle.net / np.where(size > 0.0, size, np.inf)
         values["balance"], errors["balance"] = (
             balance,
-            np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.work / exchanged),
+            np.where(balance != 0.0, of_balance + _READING_ERROR, cycle.net / exchanged),
         )
     if names := limits.requirements_of(moments.machine.scene) if of_motor(moments.machine.scene) else ():
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
@@ -714,13 +716,13 @@ def _add_power(
     if law is None or isinstance(law, float | int):
         torque: Any = solved.state.unknown if law is None else givens.torque
         work = torque * np.asarray(givens.drive) * givens.span
-        error = (errors["balance"] * np.abs(work) + cycle.work) if law is None else _READING_ERROR * np.abs(work)
+        error = (errors["balance"] * np.abs(work) + cycle.net) if law is None else _READING_ERROR * np.abs(work)
     else:
         drive, by_speed = moments.driven(solved.omega, solved.state.unknown)
         work, moved = moments.total(drive), np.abs(by_speed) * solved.omega * off_speed[:, None, None]
         tails = cells.tails(cells.fit(drive)) + moved.max(axis=-1)
-        error = (TAIL_OF_INTEGRAL * tails * moments.mesh.half[..., 0]).sum(axis=-1) + cycle.work + moments.total(moved)
-    work = np.where(np.abs(work) <= cycle.work, 0.0, work)
+        error = (TAIL_OF_INTEGRAL * tails * moments.mesh.half[..., 0]).sum(axis=-1) + cycle.net + moments.total(moved)
+    work = np.where(np.abs(work) <= cycle.net, 0.0, work)
     size = np.abs(work)
     values["power"] = work * solved.speed / givens.span
     errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + errors["speed"] + _READING_ERROR

@@ -290,16 +290,28 @@ def tails(series: Array) -> Array:
     coefficients that vary in sign and size. It is no less than the last pair, as the decay may slow down there. A series
     that does not decay gets at least 90 times its last pair.
     """
+    return truncation(series)[0]
+
+
+def truncation(series: Array) -> tuple[Array, Array]:
+    """The same, and the share of an integral's error that the integral over a whole cell has; see `tail`."""
     size = np.abs(series[..., -6:])
     pairs = np.maximum(size[..., ::2], size[..., 1::2])
-    return np.asarray(tail(pairs[..., 0], pairs[..., 1], pairs[..., 2]))
+    error, share = tail(pairs[..., 0], pairs[..., 1], pairs[..., 2])
+    return np.asarray(error), np.asarray(share)
 
 
-def tail(first: Any, middle: Any, last: Any) -> Any:
-    """Estimated error by the last three pairs of coefficients, the greater size of each; see `tails`."""
+def tail(first: Any, middle: Any, last: Any) -> tuple[Any, Any]:
+    """Estimated error by the last three pairs of coefficients, the greater size of each, and its share in whole cells.
+
+    See `tails`. Of what is cut off, the integral over a whole cell keeps T_k of even k alone, with their aliases: a fortieth
+    of what is allowed for places inside, if half or less of a pair is left in the next one; measured in 900 random machines,
+    a sixtieth at most. So a thirtieth is allowed.
+    """
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
-    return np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last)
+    error = np.maximum(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay), last)
+    return error, (1.0 + 29.0 * (decay > 0.5)) / 30.0
 
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:

@@ -349,7 +349,8 @@ def resolve(machine: Machine, edges: Array, speed: float) -> Cycle:
         return cycle
     # the last digits of a speed that the machine takes by itself shift a stiff torque all over the cycle
     shifted = 4 * cells.ROUNDING * speed * float(cells.integral(np.abs(rate.by_speed), moments.mesh.half).sum())
-    return cycle._replace(errors=cycle.errors._replace(work=cycle.errors.work + shifted))
+    errors = cycle.errors
+    return cycle._replace(errors=errors._replace(work=errors.work + shifted, net=errors.net + shifted))
 
 
 def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
@@ -377,7 +378,7 @@ def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[fl
         if not abs(closer.net) < abs(cycle.net):
             break
         cycle, speed = closer, speed - step
-    return speed, cycle.errors.work / max(abs(slope) * speed, 1e-300)
+    return speed, cycle.errors.net / max(abs(slope) * speed, 1e-300)
 
 
 def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:

@@ -41,7 +41,7 @@ from flywheel.regime.cycle_equations import (
     unevenness,
     with_inertia,
 )
-from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of
+from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of, spread_of_closing
 
 UNSTABLE = 1e-12
 """1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle beyond rounding."""
@@ -484,7 +484,7 @@ class _Search(NamedTuple):
             if settled or moves == _MOST_MOVES:
                 motion, finer = _described(solved, self.demand), None
                 if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SWITCH_MOVE * base[-1])).all():
-                    settled, motion = True, motion._replace(cuts_error=float(moved.max()))
+                    settled, motion = True, motion._replace(cuts_error=2 * float(moved.max()))
                 if not settled:
                     wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                     if wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0])):
@@ -679,7 +679,8 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     """The errors of a steady motion by those of the cycle along it.
 
     With a given flywheel an error of the level changes the irregularity, more so near a stop of the machine; a sized
-    flywheel has the required irregularity, and hardly changes with the level.
+    flywheel has the required irregularity, and hardly changes with the level. Energies at two places differ by twice their
+    error at most; by 1/(1 - G) of that of the work, G the integral of |dF/dE|, where a balance keeps the mean of extremes.
 
     Args:
         solved: the motion.
@@ -701,8 +702,14 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
         kept, of_states = carried_on[0], carried_on[1:].tolist()
         level = kept / energy
-    off = 2 * (2 * kept + square * errors.variation) / square / solved.lightest
-    off += 2 * eps * (errors.inertia / solved.lightest + 4 * ROUNDING)
+    apart = 2 * kept
+    if balanced and moments.circuit is None:  # e is 0 somewhere, as the mean of extremes is given: |e| <= work + G |e|
+        total = np.asarray(state.inertia)[..., None, None] + moments.inertia
+        fading = cells.integral(np.abs(solved.rate.by_speed / (total * solved.omega)), moments.mesh.half).sum(axis=-1)
+        spread, _ = spread_of_closing(solved.rate, moments.mesh, balanced=True)
+        apart = kept / (1.0 - np.minimum(spread * fading, 0.5))
+    off = (apart + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / square / solved.lightest
+    off += eps * (errors.inertia / solved.lightest + 4 * ROUNDING)
     relative = off / np.where(eps > 0.0, eps, np.inf)
     varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:
@@ -711,7 +718,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         relative, speed = relative + 4.0 * (level if demand.inertia is None else of_level), of_level + varying
     if balanced:
         pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum(axis=-1)
-        balance = 1.0 + varying * pulled / np.maximum(errors.work, 1e-300)
+        balance = 1.0 + varying * pulled / np.maximum(errors.net, 1e-300)
     bound, answer = 0.0, solved.sensitivity
     if answer is not None:
         missed = np.abs(eps - (eps if demand.irregularity is None else demand.irregularity))
@@ -785,7 +792,7 @@ def error_of_speeds(motion: OwnMotion) -> float:
     half = mesh.half.take(cell)
     rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * cycle.series[1].take(cell, axis=0)
     by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)
-    off = np.abs(by_speed) * speeds * (0.5 * run.irregularity * run.error + motion.level_error)
+    off = np.abs(by_speed) * speeds * (0.5 * run.irregularity * run.error + motion.level_error + 8 * ROUNDING)
     errors = np.minimum(off * half / np.maximum(np.abs(cells.slope(rows, t)), 1e-300), 2.0 * half)
     return float(errors[np.abs(t) < 1.0].max(initial=0.0))
 

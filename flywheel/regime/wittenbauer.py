@@ -209,8 +209,8 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    error = (errors.work + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / unit
-    error += errors.inertia + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
+    error = turning_moment.error_of_difference(cycle, extremes, (_FAST, _SLOW), -fast) / unit
+    error += float(errors.inertias[0]) + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
@@ -252,8 +252,9 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
 
 
 def work_error(cycle: Cycle) -> float:
-    """Error of a cycle's works as a share of the work exchanged."""
-    return (cycle.errors.work + cycle.errors.residual) / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
+    """Error of a cycle's works, the net work among them, as a share of the work exchanged."""
+    errors = cycle.errors
+    return (max(errors.work, errors.net) + errors.residual) / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
 
 
 def areas(figures: Figures) -> tuple[Area, ...]:
@@ -342,8 +343,12 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
     least, _, least_error, _ = figures.extent
     by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
-    areas_error = errors.work / unit + 4 * ROUNDING * fluctuation
-    torque_error = (errors.work + 0.5 * square * errors.variation) / unit + 4 * ROUNDING * torque
+    of_work, of_torque = (
+        turning_moment.error_of_difference(figures.cycle, figures.extremes, (row, row), factor)
+        for row, factor in ((_WORK, 0.0), (_TORQUE, 0.5 * square))
+    )
+    areas_error = of_work / unit + 4 * ROUNDING * fluctuation
+    torque_error = of_torque / unit + 4 * ROUNDING * torque
 
     def relative(error: float, figure: float) -> float:
         scale = max(figure, fluctuation)

@@ -36,7 +36,7 @@ def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) ->
         work = torque * machine.scene.shafts[drive.on] * machine.scene.cycle
     else:
         work = float(cells.integral(drive_moment(machine, cycle, run, speed), cycle.mesh.half).sum())
-    return above_error(work, cycle.errors.work)
+    return above_error(work, cycle.errors.net)
 
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
@@ -54,11 +54,11 @@ def energy(sizing: Sizing) -> Energy | None:
         return None
     drive = drive_moment(machine, cycle, run, speed)
     period, _ = turning_moment.period(cycle, speed, run, sizing.rtol)
-    work = above_error(float(cells.integral(drive, half).sum()), cycle.errors.work)
+    work = above_error(float(cells.integral(drive, half).sum()), cycle.errors.net)
     moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
     load = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
-    alone = above_error(float(cells.integral(load, half).sum()), cycle.errors.work) / scene.cycle * speed
-    noise = cycle.errors.work / scene.cycle  # of a moment
+    alone = above_error(float(cells.integral(load, half).sum()), cycle.errors.net) / scene.cycle * speed
+    noise = cycle.errors.net / scene.cycle  # of a moment
     greatest = float(np.abs(drive).max()) or 1.0  # squares of enormous moments leave the floating-point range
     square, time = (float(cells.integral(row, half).sum()) for row in ((drive / greatest) ** 2 / omega, 1.0 / omega))
     figures = Energy(
@@ -144,7 +144,7 @@ def _works(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> tup
     values = {names[name]: value + np.zeros_like(mesh.phi) for name, value in moments.items() if name in names}
     works = dict.fromkeys([load.path for load in machine.scene.loads], 0.0)
     works |= {path: float(cells.integral(value, mesh.half).sum()) for path, value in values.items()}
-    error = cycle.errors.work + cycle.errors.residual
+    error = cycle.errors.net + cycle.errors.residual
     error += sum(
         float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(value)) * mesh.half[:, 0]).sum())
         + 24 * ROUNDING * float(cells.integral(np.abs(value), mesh.half).sum())

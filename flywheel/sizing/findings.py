@@ -425,7 +425,7 @@ def _figure_errors(sizing: Sizing, of_drive: tuple[float, float] | None) -> dict
         return errors
     balance, exchanged = sizing.balance, max(cycle.exchanged, 1e-300)
     if balance is not None:
-        errors["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
+        errors["balance"] = balance.error + _READ if balance.value else cycle.errors.net / exchanged
     if of_drive is not None:
         relative = _relative(of_drive[0], sizing.drive_work or 0.0, cycle.exchanged)
         errors["power"] = None if speed is None else relative + speed + _READ
@@ -472,7 +472,7 @@ def _drive_errors(sizing: Sizing) -> tuple[float, float] | None:
     law, span = machine.scene.drive.law, machine.scene.cycle
     residual = cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
     if law is None:
-        own = (sizing.balance.error if sizing.balance else 0.0) * abs(sizing.drive_work) + cycle.errors.work + residual
+        own = (sizing.balance.error if sizing.balance else 0.0) * abs(sizing.drive_work) + cycle.errors.net + residual
         return own, own / span
     if isinstance(law, float | int):
         own = _READ * abs(sizing.drive_work) + residual
@@ -486,7 +486,7 @@ def _drive_errors(sizing: Sizing) -> tuple[float, float] | None:
         )
         by_speed = np.abs(beside - here) / SPEED_STEP * speed_error_over_cycle(sizing)
     tails = cells.tails(cells.fit(moment)) + by_speed.max(axis=-1)
-    work = float((cells.TAIL_OF_INTEGRAL * tails * cycle.mesh.half[:, 0]).sum()) + cycle.errors.work + residual
+    work = float((cells.TAIL_OF_INTEGRAL * tails * cycle.mesh.half[:, 0]).sum()) + cycle.errors.net + residual
     work += float(cells.integral(by_speed, cycle.mesh.half).sum())
     rounding = 24 * ROUNDING * float(np.abs(moment).max())
     return work, float(tails.max()) + (cycle.errors.work + residual) / span + rounding
@@ -515,7 +515,7 @@ def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None, speed: f
     _, period = turning_moment.period(cycle, sizing.speed, run, sizing.rtol)
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
     ratio = max(1.0, min(max(ratios), exchanged / abs(energy.work))) if ratios else 1.0
-    works = (of_drive[0] + cycle.errors.work) / exchanged
+    works = (of_drive[0] + cycle.errors.net) / exchanged
     of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error
     return ratio * works + (of_drive[1] + between) / torque + period + 2 * of_speed + _READ
 

@@ -358,7 +358,7 @@ def _error(sizing: Sizing, train: _Train, powers: _Flows, exchanged: float, miss
     """Relative error of all powers: by cells, rounding, the crank's residual, and the speed's own error."""
     cycle, machine, half = sizing.cycle, train.machine, powers.mesh.half
     assert cycle is not None
-    off = cycle.errors.work + cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
+    off = cycle.errors.net + cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
     off += float(cells.integral(np.abs(powers.missing), half).sum())
     rows = powers.moments * powers.omega
     series = cells.fit(rows)

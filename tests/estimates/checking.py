@@ -18,7 +18,7 @@ from tests.oracle.numbers import Real, real
 
 HALF_ULP = 2.0**-53  # a figure is a double
 PROVEN = "outside "  # how the names of rows about proofs begin
-FLOOR = 1e-17  # of true errors, where ratios are formed
+FLOOR = HALF_ULP  # of true errors, where ratios are formed
 
 
 class Row(NamedTuple):

@@ -304,7 +304,7 @@ def found(machine: Machine, held: Held, guess: Guess) -> Solved:
     for turn in range(_ROUNDS):
         state, doubt = equations.settled(state)
         rate, old = equations.rate(state), equations.mesh
-        places, s = equations.extremes(state, rate)
+        _, s = equations.extremes(state, rate)
         turns = switching(equations, state)
         coarse = (
             (panels.tails(rate) * old.half[:, 0] > _FINE * np.ptp(s)) & (old.half[:, 0] > 1e-8) & (old.half.size < _MOST)
@@ -313,7 +313,9 @@ def found(machine: Machine, held: Held, guess: Guess) -> Solved:
         told = np.array([np.ptp(s), s.max(), state.inertia, state.unknown])
         same = turn > _ENOUGH_ROUNDS and (np.abs(told - last) <= finer(16) * np.abs(told)).all()  # only rounding is left
         if (still and not coarse.any()) or same:
-            return Solved(old, equations.rebalanced(state), w, rate, places, s, doubt)
+            state = equations.rebalanced(state)
+            rate = equations.rate(state)
+            return Solved(old, state, w, rate, *equations.extremes(state, rate), doubt)
         last = told
         equations = Equations(machine, cut(old, coarse, switched, turns, machine.breaks), w, held)
         state, switched = moved(old, state, equations.mesh), turns
