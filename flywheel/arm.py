@@ -31,8 +31,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, brief, number_faults, refuse, require
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import (
+    ANY,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Fault,
+    SceneError,
+    array,
+    brief,
+    number_faults,
+    refuse,
+    require,
+)
 
 if TYPE_CHECKING:
     import sympy as sp  # type: ignore[import-untyped]

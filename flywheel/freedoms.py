@@ -56,9 +56,11 @@ from flywheel.mechanisms.linkages.freedoms import (
 )
 from flywheel.mechanisms.linkages.reactions import Effort, Force, Load, Reactions, Torque, reactions_at
 from flywheel.mechanisms.linkages.statics import applied, guide, joint_rate
-from flywheel.numerics.arguments import (
+from flywheel.numerics.faults import (
     NOT_NEGATIVE,
     POSITIVE,
+    Fault,
+    SceneError,
     array,
     brief,
     name_faults,
@@ -67,7 +69,6 @@ from flywheel.numerics.arguments import (
     require,
     vector,
 )
-from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, Joint, Linkage
 
 __all__ = [

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, brief, number_faults, refuse, require
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, array, brief, number_faults, refuse, require
 
 __all__ = [
     "Equivalent",

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, array, number_faults, refuse
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, entry, name_faults, number_faults, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import (
+    ANY,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Fault,
+    SceneError,
+    entry,
+    name_faults,
+    number_faults,
+    refuse,
+)
 
 
 class Shaft(NamedTuple):

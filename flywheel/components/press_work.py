@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 from bondgraph.numerics import root
 from flywheel.components.load_models import FULLNESS
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, entry, fits, number_faults, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, entry, fits, number_faults, refuse
 
 __all__ = [
     "Engagement", "PressCycle", "SingleStroke", "Speeds", "busy_time", "check_order", "cutting_energy", "energy_given",

@@ -24,8 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics.arguments import POSITIVE, entry, fits, number_faults, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, entry, fits, number_faults, refuse
 
 Array = NDArray[np.float64]
 

@@ -38,8 +38,7 @@ from flywheel.components.wheel_stresses import (
     hoop_stress,
     rim_on_arms,
 )
-from flywheel.numerics.arguments import POSITIVE, fits, number_faults, refuse, require
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, fits, number_faults, refuse, require
 
 RADII = ("outer_radius", "mean_radius", "rim_speed", "max_radius")
 SECTION = ("width_to_thickness", "width", "thickness")

@@ -28,9 +28,8 @@ from flywheel.designs.figures import ENGINES, digest, each_of, figures_of, own_v
 from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import brief, refuse, require
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
-from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.faults import Fault, SceneError, brief, refuse, require, show, suggestion
 from flywheel.numerics.optima import KEPT, STATIONARY, descent, merit, minimum, unit_points
 from flywheel.numerics.units import figure
 from flywheel.reading.paths import by_path, dotted, numbers, with_numbers

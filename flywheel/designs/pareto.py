@@ -21,8 +21,7 @@ from flywheel.designs.optimum import Combination, FigureFormula, Optimum, best_d
 from flywheel.designs.sweep_results import ParetoFront, ParetoPoint, front
 from flywheel.designs.variation import NAMES, Variation, limits_of
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics.arguments import brief, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, brief, refuse
 from flywheel.reading.paths import by_path
 from flywheel.scene.scene import Scene
 

@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 from flywheel.designs.variation import ANGLES, NAMES, Array, Variation, figure_name, figure_names, limits_of, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import brief, require
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, brief, require
 from flywheel.numerics.optima import gradient, minimum, unit_points
 from flywheel.reading.paths import by_path, dotted
 from flywheel.scene.scene import Scene

@@ -30,9 +30,8 @@ from flywheel.designs.figures import (
 )
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
-from flywheel.numerics.arguments import brief, name_faults, refuse
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.faults import Fault, SceneError, brief, name_faults, refuse, show, suggestion
 from flywheel.numerics.optima import Slopes, slopes
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers

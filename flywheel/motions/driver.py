@@ -20,10 +20,9 @@ from flywheel.mechanisms.law import FormulaCurve
 from flywheel.motions.motion import DRIVER as DRIVER
 from flywheel.motions.motion import TIME as TIME
 from flywheel.motions.motion import Driver, Motion, Transient, sampled, steady_motion, switching, time_along
-from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
-from flywheel.numerics.faults import Fault, SceneError, coordinate_text, show
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, array, brief, coordinate_text, number_faults, refuse, show
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
@@ -99,7 +98,7 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
         if setting is None:
             raise SceneError([Fault("speed", "a scene without a speed", "a speed", 'give one, such as "60 rpm"')])
         speed, acceleration = setting, 0.0 if stroke is None else stroke.acceleration
-    arguments.refuse(arguments.number_faults("speed", speed))
+    refuse(number_faults("speed", speed))
     speed = float(speed)
     if speed == 0.0:
         raise SceneError([Fault("speed", "0", "a speed that is not 0", "leave it out for curves per unit of the driver")])
@@ -314,7 +313,7 @@ def imposed(
 
     """
     if until is not None:
-        arguments.refuse(arguments.number_faults("until", until, arguments.POSITIVE))
+        refuse(number_faults("until", until, POSITIVE))
     imposed_law = _law_of(scene, law, until)
     edges = imposed_law.edges
     low, high = edges[:-1, None], edges[1:, None]
@@ -444,10 +443,10 @@ def _law_of(scene: Scene, law: object, until: float | None) -> _Law:
     if callable(law):
         return _function(law, _needed(until))
     if isinstance(law, Sequence | np.ndarray) and len(law) == 2:
-        times, positions = (arguments.array("law", column).ravel() for column in law)
+        times, positions = (array("law", column).ravel() for column in law)
         return _table(scene, times, positions, until, "a table")
     expected = "an expression of t, a CSV file, a pair of times and positions, or a function of t"
-    raise SceneError([Fault("law", arguments.brief(law), expected)])
+    raise SceneError([Fault("law", brief(law), expected)])
 
 
 def _needed(until: float | None) -> float:
@@ -626,9 +625,9 @@ def course_of(
         raise SceneError([Fault(named[1], f"{named[1]} beside {named[0]}", "one motion of the driver", "leave one out")])
     axis = over or (TIME if named and named[0] in ("law", "transient") else DRIVER)
     if axis not in (DRIVER, TIME):
-        raise SceneError([Fault("over", arguments.brief(over), f'"{DRIVER}" or "{TIME}"')])
+        raise SceneError([Fault("over", brief(over), f'"{DRIVER}" or "{TIME}"')])
     if until is not None and law is None:
-        raise SceneError([Fault("until", arguments.brief(until), "none without a law", "give a law of time")])
+        raise SceneError([Fault("until", brief(until), "none without a law", "give a law of time")])
     if not named and axis == TIME:
         expected, advice = (
             "a motion in time",
@@ -653,7 +652,7 @@ def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Ar
     """
     if at is None:
         return np.linspace(course.start, course.end, points)
-    times = np.atleast_1d(arguments.array("at", at)).ravel()
+    times = np.atleast_1d(array("at", at)).ravel()
     if not times.size:
         raise SceneError([Fault("at", "no position or time", "one at least, or None")])
     if over == course.variable:

@@ -18,9 +18,9 @@ from flywheel.mechanisms import KINDS
 from flywheel.motions.curves import POINTS, Curve, Moving, amount
 from flywheel.motions.driver import DRIVER, Course, course_of, instants
 from flywheel.motions.motion import Motion, Transient
-from flywheel.numerics import arguments, cells, notebook
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, brief, name_faults
 from flywheel.scene.linkage import offered
 from flywheel.scene.scene import TURN, Scene
 
@@ -156,7 +156,7 @@ def chosen(name: str, curves: Mapping[str, object], other: Mapping[str, str]) ->
         return name
     if name in other:
         return other[name]
-    faults = arguments.name_faults("of", name, {**curves, **other})
+    faults = name_faults("of", name, {**curves, **other})
     raise SceneError([fault._replace(expected=f"one of {', '.join(curves)}") for fault in faults])
 
 
@@ -211,7 +211,7 @@ def motion(
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine that moves", "give a mechanism instead")])
     if points is not None and points < 1:
-        raise SceneError([Fault("points", arguments.brief(points), "a whole number, 1 or above")])
+        raise SceneError([Fault("points", brief(points), "a whole number, 1 or above")])
     course, axis = course_of(machine, over=over, speed=speed, law=law, until=until, regime=regime, transient=transient)
     if scene.compliances:
         course = course._replace(

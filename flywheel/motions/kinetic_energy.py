@@ -27,9 +27,18 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.motions.kinematics import motion
 from flywheel.numerics import cells
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError, coordinate_text
+from flywheel.numerics.faults import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Fault,
+    SceneError,
+    array,
+    coordinate_text,
+    number_faults,
+    refuse,
+    require,
+)
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import ROUNDINGS, beside, own_coordinate, reduce, rounded_otherwise, spread
 from flywheel.scene.scene import Scene

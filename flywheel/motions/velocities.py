@@ -30,10 +30,8 @@ from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import poses_of
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages.equations import Poses, Track
-from flywheel.numerics import arguments
-from flywheel.numerics.arguments import entry, require
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, array, entry, require
 from flywheel.regime import state
 from flywheel.scene.linkage import FIXED, FRAME, PIN, SLIDE, Joint, Point
 from flywheel.scene.scene import Mechanism, Scene
@@ -270,11 +268,11 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
 
     """
     scene = scene_of(machine)
-    arguments.require("scene", scene, Scene, "a Scene, or a Machine")
-    positions = np.atleast_1d(arguments.array("q", q)).ravel()
+    require("scene", scene, Scene, "a Scene, or a Machine")
+    positions = np.atleast_1d(array("q", q)).ravel()
     if not positions.size:
         raise SceneError([Fault("q", "no position", "one at least")])
-    rates = None if speed is None else arguments.array("speed", speed).ravel()
+    rates = None if speed is None else array("speed", speed).ravel()
     if rates is not None and rates.size not in (1, positions.size):
         raise SceneError([Fault("speed", f"{rates.size} speeds", f"one, or {positions.size} as there are positions")])
     rate = np.ones(positions.size) if rates is None else np.broadcast_to(rates, positions.shape)

@@ -8,9 +8,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from flywheel.numerics.arguments import refuse
 from flywheel.numerics.expressions import unit_text
-from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.faults import Fault, SceneError, refuse, show, suggestion
 from flywheel.numerics.units import (
     DIMENSIONS,
     QuantityError,

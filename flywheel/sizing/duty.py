@@ -24,9 +24,8 @@ import numpy as np
 
 from flywheel.components.motors.thermal import Losses, course, starts_an_hour
 from flywheel.machine.machine import circuit_of
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, number_faults, refuse
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
 from flywheel.regime.periodic_motion import OwnMotion

@@ -14,8 +14,8 @@ import pytest
 
 from flywheel import SceneError
 from flywheel.numerics import intervals
-from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, entry, fits, number_faults, vector
 from flywheel.numerics.expressions import parse, terms
+from flywheel.numerics.faults import ANY, NOT_NEGATIVE, POSITIVE, array, entry, fits, number_faults, vector
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.units import (

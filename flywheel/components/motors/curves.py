@@ -14,9 +14,8 @@ import numpy as np
 from flywheel.components.energy import Energy
 from flywheel.components.motors.motor import EVERYWHERE, OMEGA, Fact, Motor, Point, Span, wrong_numbers, wrong_point
 from flywheel.language import text as _
-from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, Node, between, compiled, expression_of, numeral, parse
-from flywheel.numerics.faults import Fault, SceneError, suggestion
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, number_faults, refuse, suggestion
 
 MOST_ROWS = 200
 """Greatest number of rows of a curve: each evaluation goes through all of them."""

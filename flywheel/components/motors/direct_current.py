@@ -37,10 +37,9 @@ from flywheel.components.motors.motor import (
 )
 from flywheel.language import text as _
 from flywheel.numerics import cells
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, number_faults, refuse
 
 
 @dataclass(frozen=True, kw_only=True)

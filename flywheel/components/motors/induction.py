@@ -18,10 +18,9 @@ from numpy.typing import ArrayLike
 from flywheel.components.energy import Energy
 from flywheel.components.motors.motor import Array, Fact, Motor, Point, Shaft, Span, States, figure_and_error, wrong_numbers
 from flywheel.language import text as _
-from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, number_faults, refuse
 
 USUAL_SLIP = 0.13
 """The greatest rated slip that is usual: that of motors wound for presses (NEMA design D has 5 to 13 %)."""

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from flywheel.components.motors.induction import Induction
 from flywheel.components.motors.motor import Array, Connection, Fact, Inverter, Motor, Point, Span, Start, Switch
 from flywheel.language import text as _
-from flywheel.numerics.arguments import refuse
 from flywheel.numerics.expressions import Expression, compiled, composed
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, refuse
 
 OWN_FAN = 0.8
 """Share of the rated frequency below which a fan on the motor's own shaft cools it noticeably less."""

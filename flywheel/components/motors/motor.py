@@ -27,10 +27,9 @@ from bondgraph.numerics import root
 from flywheel.components.energy import Energy
 from flywheel.components.motors.thermal import Thermal
 from flywheel.language import text as _
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults
 from flywheel.numerics.cells import Cells
 from flywheel.numerics.expressions import Expression, Node, numeral, variable
-from flywheel.numerics.faults import Fault
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, number_faults
 from flywheel.numerics.jets import Jet, jet_namespace
 
 Array = NDArray[np.float64]

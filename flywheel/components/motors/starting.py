@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.components.motors.motor import Array, Connection, Motor, Point, Span, Start, States, Switch, before
-from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, Node
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import POSITIVE, Fault, SceneError, number_faults, refuse
 
 _TAKEN = {
     "star-delta": ("a start by {kind} of a {motor}", "an induction motor, or a table of one"),

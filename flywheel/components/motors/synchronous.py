@@ -30,9 +30,8 @@ from flywheel.components.motors.motor import (
     wrong_numbers,
 )
 from flywheel.language import text as _
-from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, number_faults, refuse
 
 MOST_SALIENCY = 2.0
 """The greatest reluctance torque over that of the field that is accepted: a machine of salient poles has 0.1 to 0.5."""

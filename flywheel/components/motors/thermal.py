@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
-from flywheel.numerics.faults import Fault, suggestion
+from flywheel.numerics.faults import POSITIVE, Fault, number_faults, refuse, suggestion
 
 HOUR = 3600.0
 CLASSES = {"A": 60.0, "E": 75.0, "B": 80.0, "F": 105.0, "H": 125.0}

@@ -19,10 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.components.motors.induction import BARE, MOST_SLIP, Induction
 from flywheel.components.motors.motor import Array, Circuit, Inverter, Motor, Shaft, Slopes, StateName, States
 from flywheel.numerics import cells
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled, expression_of, parse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, number_faults, refuse
 
 ALIKE = 0.2
 """Tolerance of the circuit's torques relative to those of the name plate."""

@@ -23,9 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph import recording
-from flywheel.numerics.arguments import (
+from flywheel.numerics.faults import (
     ANY,
     NOT_NEGATIVE,
+    Fault,
+    SceneError,
     brief,
     entry,
     fits,
@@ -34,7 +36,6 @@ from flywheel.numerics.arguments import (
     refuse,
     require,
 )
-from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, mapped, present

@@ -39,8 +39,7 @@ from flywheel.mechanisms.linkages.equations import (
     on_way,
 )
 from flywheel.mechanisms.linkages.positions import follow
-from flywheel.numerics.arguments import array, entry
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, array, entry
 from flywheel.scene.linkage import Linkage
 
 Array = NDArray[np.float64]

@@ -46,8 +46,18 @@ from flywheel.mechanisms.linkages.dry_friction import with_friction
 from flywheel.mechanisms.linkages.equations import Poses, check
 from flywheel.mechanisms.linkages.positions import solve_over
 from flywheel.mechanisms.linkages.statics import unknowns
-from flywheel.numerics.arguments import POSITIVE, array, brief, name_faults, number_faults, refuse, require, vector
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import (
+    POSITIVE,
+    Fault,
+    SceneError,
+    array,
+    brief,
+    name_faults,
+    number_faults,
+    refuse,
+    require,
+    vector,
+)
 from flywheel.scene.linkage import Linkage
 
 __all__ = [

@@ -41,8 +41,7 @@ from flywheel.mechanisms.linkages.equations import (
     settle,
     solved,
 )
-from flywheel.numerics.arguments import array, entry, number_faults, refuse
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, array, entry, number_faults, refuse
 from flywheel.scene.linkage import Linkage
 
 __all__ = ["Solution", "Tangent", "follow", "placed", "solve", "solve_over", "tangent"]

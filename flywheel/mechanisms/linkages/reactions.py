@@ -43,8 +43,7 @@ from flywheel.mechanisms.linkages.statics import (
     values_at,
     weights,
 )
-from flywheel.numerics.arguments import array, brief, entry, require
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, array, brief, entry, require
 from flywheel.numerics.units import columns
 from flywheel.scene.linkage import CAM, FIXED, FRAME, PIN, SLIDE, SLOT, Joint, Linkage
 

@@ -38,8 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.linkages.equations import Poses, Track, lift_at, solved
-from flywheel.numerics.arguments import array, brief, entry, require, vector
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, array, brief, entry, require, vector
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
 __all__ = [
