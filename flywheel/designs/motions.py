@@ -108,8 +108,7 @@ class DesignMoments(SeveralMoments):
                 row[:, part] = value
         self.inertia, self.slope, self.still, _, _, self.steepness = rows
         self._groups: list[tuple[Any, Any, list[Any]]] = []
-        for piece, program in structure.rates:
-            early, late = program.split(2)
+        for piece, early, late in structure.rates:
             part = slice(starts[piece.start], starts[piece.stop])
             self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *inputs))))
         self._last: tuple[Array, Any, Array] | None = None  # values at the last speeds and unknowns, for stage after stage
@@ -459,10 +458,12 @@ def _limited(
         searches.append(limits.Search(own, *limits.extent(fluctuation, least, speed, own.get(IRREGULARITY, 2.0)), rtol))
         if sized.success[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
             searches[row].points[inertia] = _point(sized, row, inertia, demands)
-    steps = [limits.first_kept(search, 1.0) for search in searches]
+    steps, grids = [limits.first_kept(search, 1.0) for search in searches], [search.inertias for search in searches]
     questions = [(row, further(row)) for row in range(which.size)]
     while some := [(row, inertia) for row, inertia in questions if inertia is not None]:
-        look(some)
+        ahead = max(_QUESTIONS // len(some), 1)  # of the grid, which a small round has room for
+        coming = ((row, grids[row][grids[row].index(at) :] if at in grids[row] else [at]) for row, at in some)
+        look([(row, inertia) for row, inertias in coming for inertia in inertias[:ahead] if (row, inertia) not in answers])
         questions = [(row, further(row, inertia)) for row, inertia in some]
 
     values, errors, missed = _Table(which.size), _Table(which.size), np.full(which.shape, np.inf)

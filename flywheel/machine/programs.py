@@ -461,10 +461,13 @@ class Structure:
         return self._shared([walk.program for walk in self.walks])
 
     @cached_property
-    def rates(self) -> list[tuple[slice, Program]]:
-        """The same with the programs of laws that depend on speed; none if nothing does."""
+    def rates(self) -> list[tuple[slice, Program, Program]]:
+        """The same with the programs of laws that depend on speed, each in two: what position gives, and all the rest.
+
+        None if nothing depends on speed.
+        """
         programs = [walk.rate for walk in self.walks if walk.rate is not None]
-        return self._shared(programs) if programs else []
+        return [(piece, *program.split(2)) for piece, program in self._shared(programs)] if programs else []
 
     def with_places(self, other: Callable[[Any], Any]) -> Structure:
         """The same with other constants in all programs, as a function gives them."""

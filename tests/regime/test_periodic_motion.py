@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
 from flywheel.regime.branch import Branch, Existence
 from flywheel.regime.cycle_equations import Demand, NoRegimeError, carried, first_guess, periodic
+from flywheel.regime.several_motions import lighter_motions
 from flywheel.sizing.confirmation import SlidingError, one_cycle
 from tests import regimes
 from tests.components.test_electrical_machines import KRAUSE, two_axis_by_hand
@@ -797,3 +799,35 @@ def test_a_fast_current_is_confirmed_by_the_steady_motion():
     assert result.simulation.route == "time"
     assert abs(result.simulation.irregularity / result.run.irregularity - 1) <= 1e-12
     assert result.error.simulation <= 1e-9
+
+
+# One machine with several flywheels at once.
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("name", "heaviest", "least"),
+    [("drive_lines/compressor", 40.0, 12), ("drive_lines/press", 8_000.0, 3), ("regimes/punch_press", 6_000.0, 3)],
+)
+def test_motions_with_lighter_and_lighter_flywheels_are_those_of_each_by_itself(name, heaviest, least):
+    """Meshes of the presses reverse elsewhere with each flywheel, and the lightest let them stop: there the series ends."""
+    machine = Machine(flywheel.load(EXAMPLES / f"{name}.toml"))
+    speed = constant_speed.chosen_speed(moments_on(machine, machine.mesh, local=True))[0]
+    branch, inertias = Branch(machine, speed), heaviest * 0.5 ** np.arange(1, 13)
+    heavier = branch.at(heaviest, 1e-4).motion
+    with np.errstate(all="ignore"):  # of those that stop
+        together = lighter_motions(machine, heavier, inertias, None, 1e-4)
+    found = {place: (motions, row) for motions, places in together for row, place in enumerate(places) if place >= 0}
+    assert sorted(found) == [*range(len(found))]
+    assert len(found) >= least
+    for place, (motions, row) in sorted(found.items()):
+        alone, runs = branch.at(float(inertias[place]), 1e-4).motion, motions.runs()
+        again = motions.again(row, None, 1e-4)
+        assert abs(runs.irregularity[row] / alone.run.irregularity - 1.0) <= runs.error[row] + alone.run.error
+        assert again.run.irregularity == pytest.approx(alone.run.irregularity, rel=again.run.error + alone.run.error)
+        for figure in ("inertia", "speed", "speed_max", "speed_min"):
+            assert getattr(runs, figure)[row] == pytest.approx(getattr(alone.run, figure), rel=1e-9)
+            assert getattr(again.run, figure) == pytest.approx(getattr(alone.run, figure), rel=1e-9)
+    with np.errstate(all="ignore"):
+        assert all(branch.at(inertia, 1e-4).motion is None for inertia in inertias[len(found) + 1 :].tolist())
