@@ -196,15 +196,15 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycle
     tails, of_whole = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
     by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
     inside = by_cell * (1.0 - of_whole[:2])
-    whole = (by_cell - inside).sum(axis=1)
+    whole, left_inside = (by_cell - inside).sum(axis=1), turning_moment.two_largest(inside.swapaxes(1, 2))
     by_chance, shifted = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
     anywhere, rounding = whole + shifted, MOMENT_ROUNDING * exchanged
     net = rounding + anywhere[0] + by_chance[0]
-    work = spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + inside[0].sum(axis=0))
+    work = spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0])
     variation = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + np.abs(start[1, -1])) + 0.5**0.5 * by_chance[1]
-    variation += inside[1].sum(axis=0)
+    variation += left_inside[1]
     by_cell[0] *= spread[0]
     inside[0] *= spread[0]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
@@ -263,7 +263,8 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
     for high, low, factor in ((WORK, WORK, 0.0 * factors[0]), (FAST, SLOW, -factors[0]), (TORQUE, TORQUE, -factors[2])):
         inside = cycles.inside[0] + factor * cycles.inside[1]  # a place as great but for that may be greater
         beside = np.concatenate((inside[:1], np.maximum(inside[1:], inside[:-1]), inside[-1:]))
-        error = cycles.work + factor * cycles.variation - inside.sum(axis=0)
+        of_work, of_inertia = turning_moment.two_largest(cycles.inside.swapaxes(1, 2))
+        error = cycles.work - of_work + factor * (cycles.variation - of_inertia)
         for row, best, sign in ((high, greatest[high], 1.0), (low, least[low], -1.0)):
             beyond = (sign * (at_edges[row] - best) + beside).max(axis=0)
             own = which == row

@@ -201,8 +201,8 @@ _ROWS = np.cumsum([0, *(_WIDTHS.get(name, 1) for name in Sums._fields)]).tolist(
     k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16, 18)
 )
 # and to the whole cycle: sums over cells, and the values at the last node
-(_SHIFTED, _INSIDE, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _WHOLE, _CYCLE) = (
-    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14, 16)
+(_SHIFTED, _INSIDE, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _WHOLE, _SECOND, _CYCLE) = (
+    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14, 16, 18)
 )
 # and to a block of roots, after three series with two zeros beyond each
 _TERMS = ORDER + 2
@@ -308,7 +308,9 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
                 total += _WEIGHTS[node] * value
             w[_NOISE + own + i] += 32 * ROUNDING * most
             c[_SIZE + own + i] += total * w[_HALF + i]
-            c[_INSIDE + own + i] += w[_CUT + own + i]
+            cut, first_cut = w[_CUT + own + i], c[_INSIDE + own + i]
+            c[_SECOND + own + i] = max(c[_SECOND + own + i], min(cut, first_cut))
+            c[_INSIDE + own + i] = max(cut, first_cut)
         for i in range(_L):
             mean = 0.0
             for k in range(0, ORDER, 2):
@@ -366,12 +368,12 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         anywhere = c[_WHOLE + i] + SHIFT * c[_SWING + i]
         out[_OF_NET, i] = rounding + anywhere + by_chance
         out[_APART, i] = of_exchange * rounding + spread * (anywhere + by_chance)
-        out[_WORK_ERROR, i] = out[_APART, i] + spread * c[_INSIDE + i]
+        out[_WORK_ERROR, i] = out[_APART, i] + spread * (c[_INSIDE + i] + c[_SECOND + i])
         k = _L + i
         anywhere = c[_WHOLE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
         by_chance = math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
         out[_APART + 1, i] = 0.5 * (MOMENT_ROUNDING * c[_SIZE + k] + anywhere) + by_chance
-        out[_VARIATION, i] = out[_APART + 1, i] + c[_INSIDE + k]
+        out[_VARIATION, i] = out[_APART + 1, i] + c[_INSIDE + k] + c[_SECOND + k]
         for cell in range(number):
             cellwise[cell, _CUT // _L, i] *= spread
         out[_MEAN_AT, i] = c[_AREA + i] / end

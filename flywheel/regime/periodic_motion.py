@@ -41,7 +41,7 @@ from flywheel.regime.cycle_equations import (
     unevenness,
     with_inertia,
 )
-from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of, spread_of_closing
+from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of, spread_of_closing, two_largest
 
 UNSTABLE = 1e-12
 """1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle beyond rounding."""
@@ -691,7 +691,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     """
     moments, state, eps, square = solved.moments, solved.state, solved.irregularity, solved.speed**2
     left = np.abs(cells.integral(solved.rate.moment, moments.mesh.half).sum(axis=-1))  # net work that the iteration leaves
-    kept = kept_work(solved, errors.work + left, errors.by_cell[0])
+    kept = kept_work(solved, errors, left)
     # energies are closed round the cycle, to their digits
     closing = kept + 2 * ROUNDING * np.abs(state.edges[..., 0]).max(axis=-1)
     balanced = moments.machine.scene.unknown is not None
@@ -748,18 +748,18 @@ def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     )
 
 
-def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
+def kept_work(solved: Periodic, errors: CycleErrors, left: Any) -> Any:
     """Largest error (J) of the kinetic energy by errors of the cycle's work, which decay where torques fall with the speed.
 
     As dE' = (dF/dE) dE + r is one-signed, errors r of one sign in all cells are the worst that can be.
 
     Args:
         solved: the motion, or many of them.
-        work: error of the cycle's work, J.
-        by_cell: the share of each cell's interpolation in it, (..., cells).
+        errors: those of the cycle.
+        left: net work that the iteration leaves, J.
 
     """
-    moments, half = solved.moments, solved.moments.mesh.half
+    moments, half, work = solved.moments, solved.moments.mesh.half, errors.work + left
     balanced = moments.machine.scene.unknown is not None  # then the balance's own error does not decay
     if balanced or moments.circuit is not None:
         return work
@@ -767,16 +767,18 @@ def kept_work(solved: Periodic, work: Any, by_cell: Array) -> Any:
     growth = cells.integral(solved.rate.by_speed / (total * solved.omega), half)
     exchanged = cells.integral(solved.rate.exchanged, half)
     share = exchanged / np.maximum(exchanged.sum(axis=-1, keepdims=True), 1e-300)
-    made = by_cell + np.asarray(work - by_cell.sum(axis=-1))[..., None] * share
+    inside, made = errors.inside[0], errors.by_cell[0] - errors.inside[0]
+    made = made + np.asarray(work - two_largest(inside) - made.sum(axis=-1))[..., None] * share
     fades = np.minimum(growth, -1e-9)
-    made = made * np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # spread evenly over its cell
+    fading = np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # of what is spread evenly over its cell
+    made, inside = made * fading, inside * fading
     left = np.exp(np.minimum(growth, 1.0))
     kept: Any = 0.0 * work
     most = kept
     for k in [*range(half.shape[-2])] * 2:
         kept = np.minimum(kept * left[..., k] + made[..., k], work)
         most = np.maximum(most, kept)
-    return most
+    return np.minimum(most + inside.max(axis=-1), work)
 
 
 def error_of_speeds(motion: OwnMotion) -> float:

@@ -36,16 +36,18 @@ class CycleErrors(NamedTuple):
 
     `work` and `variation` hold for every difference of two values within the cycle, W - W(0) among them.
 
-    Interpolation errors, each more than the truncation of its series, add up over the cells. So do the rounding of values,
-    at 4 units of the terms of their sums, and the effect of rounded lengths and angles of the scene, equal to a shift of the
-    crank by 3 units of rounding. The effects of the rounding of each node's angle add up as independent shares do: of 5.2
-    deviations. On 2,000 random machines the errors measured in extended precision were less than 0.4 of these; on two of
-    earlier searches, 0.74 and 0.52. As I* is the same after a cycle, its error between two places is the opposite of that
-    along the rest of the cycle, to within what the sum leaves: of the two, half of all errors at most.
+    Interpolation errors, each more than the truncation of its series, add up over the cells, but for what is left inside
+    those of the two values. So does the rounding of values, at 4 units of the terms of their sums, and the effect of rounded
+    lengths and angles of the scene, equal to a shift of the crank by 3 units. The effects of the rounding of each node's
+    angle add up as independent shares do: of 5.2 deviations. On 2,000 random machines the errors measured in extended
+    precision were less than 0.4 of these; on two of earlier searches, 0.74 and 0.52. As I* is the same after a cycle, its
+    error between two places is the opposite of that along the rest of the cycle, to within what the sum leaves: of the two,
+    half of all errors at most.
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells), `inside` the part of it
     that only places inside the cell have, not its ends; `net` is the error of the net work (J), from which a balance
-    follows; `inertias` that of I* itself in each cell.
+    follows; `inertias` that of I* itself in each cell. `parts` (5, cells) are the errors of W that each cell brings, and
+    those that add up by chance, the same of I*, and the cell's share of the balance, where that is known and of one sign.
 
     `residual` is the net work (J) of a cycle without a balance. It may belong anywhere in the cycle, from where it is an
     error of W, and so of every difference of two of its values. Of many cycles at once all are arrays.
@@ -59,6 +61,7 @@ class CycleErrors(NamedTuple):
     net: float
     inertias: Array
     residual: float = 0.0
+    parts: Array | None = None
 
 
 class Cycle(NamedTuple):
@@ -113,7 +116,7 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     if not -GREATEST_VALUE <= values.min() <= values.max() <= GREATEST_VALUE:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     if machine.scene.unknown is None:
-        cycle = assembled(mesh, values[:5], None)
+        cycle = assembled(mesh, values[:5], None, shares=np.zeros(len(mesh.phi)))
         residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
         return cycle._replace(errors=cycle.errors._replace(residual=residual))
     by_unknown, size = values[5], np.abs(values[5])
@@ -125,7 +128,10 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     values[3] += abs(balance) * size
     share = abs(balance) * of_sizes / max(float(cells.total(values[3], mesh.half)), 1e-300)
     spread = spread_of(effect, of_sizes), spread_of(effect, of_sizes, share)
-    return assembled(mesh, values[:5], balance, by_unknown=effect, spread=spread)
+    shares = cells.integral(by_unknown, mesh.half) / effect
+    return assembled(
+        mesh, values[:5], balance, by_unknown=effect, spread=spread, shares=None if (shares < 0.0).any() else shares
+    )
 
 
 def spread_of(effect: Any, of_sizes: Any, share: Any = 0.0) -> Any:
@@ -188,6 +194,7 @@ def assembled(
     *,
     by_unknown: float = 0.0,
     spread: tuple[float, float] = (1.0, 1.0),
+    shares: Array | None = None,
 ) -> Cycle:
     """A cycle from its values at the nodes.
 
@@ -199,6 +206,7 @@ def assembled(
         by_unknown: the integral of dM*/du over the cycle, by which the error of the balance follows from that of the net
             work.
         spread: see `spread_of_closing`.
+        shares: of the integral of dM*/du in each cell, if none is negative; 0 without an unknown.
 
     """
     series = cells.fit(values[:3])
@@ -207,7 +215,7 @@ def assembled(
     tails, of_whole = cells.truncation(series)
     by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[..., 0]
     inside = by_cell * (1.0 - of_whole[:2])
-    whole, left_inside = (by_cell - inside).sum(axis=-1), inside.sum(axis=-1)
+    whole, left_inside = (by_cell - inside).sum(axis=-1), two_largest(inside)
     peaks = np.abs(values[1:]).max(axis=-1)
     inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[..., -1:] * peaks[0]
     exchanged, slope_exchanged = (cells.number(row) for row in cells.total(values[3:], mesh.half))
@@ -220,6 +228,14 @@ def assembled(
     work = cells.number(spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0]))
     rounding, gap = MOMENT_ROUNDING * slope_exchanged, np.abs(start[1, ..., -1])
     variation = cells.number(0.5 * (rounding + anywhere[1] + gap) + 0.5**0.5 * by_chance[1] + left_inside[1])
+    parts = None
+    if shares is not None:
+        moved = np.diff(rows, axis=-1, prepend=rows[..., :1]).reshape(2, *mesh.phi.shape)
+        chance = BY_ANGLES * np.hypot.reduce(moved * mesh.phi, axis=-1)
+        each = (
+            by_cell - inside + SHIFT * np.abs(moved).sum(axis=-1) + MOMENT_ROUNDING * cells.integral(values[3:], mesh.half)
+        )
+        parts = np.stack((each[0], chance[0], each[1], chance[1], shares))
     by_cell[0] *= np.asarray(spread[0])[..., None]
     inside[0] *= np.asarray(spread[0])[..., None]
     return Cycle(
@@ -232,9 +248,14 @@ def assembled(
         net=cells.number(start[0, ..., -1]),
         exchanged=exchanged,
         noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
-        errors=CycleErrors(work, variation, cells.number(inertias.max(axis=-1)), by_cell, inside, net, inertias),
+        errors=CycleErrors(work, variation, cells.number(inertias.max(axis=-1)), by_cell, inside, net, inertias, 0.0, parts),
         balance_error=net / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
+
+
+def two_largest(inside: Array) -> Array:
+    """The greatest error that two places have by lying inside cells, by those of the cells (last axis)."""
+    return np.asarray(np.sort(inside, axis=-1)[..., -2:].sum(axis=-1))
 
 
 def check_cycle(scene: Scene) -> None:
@@ -345,7 +366,8 @@ def balanced(machine: Machine, rtol: float = 1e-13) -> Cycle:
 class Extremes(NamedTuple):
     """Greatest and least value of each function over the cycle, and their angles (rad).
 
-    The errors are those by interpolation inside cells, which other cells do not have.
+    The errors are those by interpolation inside cells, which other cells do not have. `spans` (functions, 2, 2) are the
+    edges between which the true ones lie: those of every place that is as great, or as small, but for errors.
     """
 
     greatest: Array
@@ -354,16 +376,38 @@ class Extremes(NamedTuple):
     angle_least: Array
     greatest_error: Array
     least_error: Array
+    spans: Index
 
 
-def error_of_difference(cycle: Cycle, extremes: Extremes, rows: tuple[int, int], factor: float) -> float:
-    """The error (J) of the difference between the greatest of one function W - b I* and the least of another, b <= factor.
+def error_of_difference(cycle: Cycle, extremes: Extremes, rows: tuple[int, int], factors: tuple[float, float]) -> float:
+    """The error (J) of the difference between the greatest of one function W - b I* and the least of another.
 
-    That of any two values, without what is left inside cells other than those of the extremes.
+    It is that of any two values, without what is left inside cells other than those of the extremes; or, if less, that of
+    the errors r on the way between the two places and r' beyond them: (1 - s) r + s r' of W, where a balance has the share s
+    of its effect between them, and the less of r and r' of I*, which is the same after a cycle.
+
+    Args:
+        cycle: the cycle.
+        extremes: those of the functions.
+        rows: of the two functions.
+        factors: b of each, (rad/s)².
+
     """
-    of_work, of_inertia = cycle.errors.inside.sum(axis=1)
-    anywhere = cycle.errors.work - of_work + factor * (cycle.errors.variation - of_inertia)
-    return float(anywhere + extremes.greatest_error[rows[0]] + extremes.least_error[rows[1]])
+    errors = cycle.errors
+    of_work, of_inertia = np.array([errors.work, errors.variation]) - two_largest(errors.inside)
+    (first, last), (start, end) = sorted(extremes.spans[list(rows), [0, 1]].tolist())
+    if errors.parts is not None and last <= start:
+        between, beyond = np.zeros(cycle.mesh.half.size, bool), np.ones(cycle.mesh.half.size, bool)
+        between[first:end], beyond[last:start] = True, False
+        (work, inertia), (work_beyond, inertia_beyond) = (
+            [float(errors.parts[k, on].sum() + np.hypot.reduce(errors.parts[k + 1, on])) for k in (0, 2)]
+            for on in (between, beyond)
+        )
+        share = [float(errors.parts[4, on].sum()) for on in (between, ~beyond)]
+        of_work = min(of_work, max((1.0 - s) * work + s * work_beyond for s in share))
+        of_inertia = min(of_inertia, inertia, inertia_beyond + abs(float(cycle.start[1, -1])))
+    off = of_work + max(factors) * of_inertia + abs(factors[0] - factors[1]) * errors.variation
+    return float(off + extremes.greatest_error[rows[0]] + extremes.least_error[rows[1]])
 
 
 class Roots(NamedTuple):
@@ -414,7 +458,15 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     off[function, column] = inside[function, cell]
     greatest, least = values[0].max(axis=-1), values[0].min(axis=-1)
     greatest_error, least_error = (values + off).max(axis=-1) - values.max(axis=-1)
-    return Extremes(greatest, least, places[every, top], places[every, bottom], greatest_error, least_error), roots
+    before = np.zeros((count, width), np.intp)
+    before[:, : edges.size], before[function, column] = np.arange(edges.size), cell
+    after = before.copy()
+    after[function, column] += 1
+    slack = 2 * np.abs(factors) @ (cycle.errors.work, cycle.errors.variation)
+    near = values >= values.max(axis=-1, keepdims=True) - slack[:, None]
+    spans = np.stack((np.where(near, before, edges.size).min(axis=-1), np.where(near, after, 0).max(axis=-1)), axis=-1)
+    angles = places[every, top], places[every, bottom]
+    return Extremes(greatest, least, *angles, greatest_error, least_error, spans.swapaxes(0, 1)), roots
 
 
 # -- the speed over the cycle ----------------------------------------------------------------------------------------------
@@ -489,7 +541,8 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         if abs(step) <= 8 * ROUNDING * float(extremes.greatest[0] - extremes.least[1]) / steepness:
             break
         eps += step
-    error = error_of_difference(cycle, extremes, (0, 1), 0.5 * square * (1 + eps / 2) ** 2) + errors.residual
+    factors = 0.5 * square * (1 + eps / 2) ** 2, 0.5 * square * (1 - eps / 2) ** 2
+    error = error_of_difference(cycle, extremes, (0, 1), factors) + errors.residual
     error += eps * square * (errors.inertias[0] + 4 * ROUNDING * start)
     return motion_of(inertia, start, speed, eps, extremes, error / (steepness * eps) + 4 * ROUNDING if eps else 0.0)
 

@@ -11,7 +11,7 @@ Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cyc
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -209,7 +209,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    error = turning_moment.error_of_difference(cycle, extremes, (_FAST, _SLOW), -fast) / unit
+    error = turning_moment.error_of_difference(cycle, extremes, (_FAST, _SLOW), (-fast, -slow)) / unit
     error += float(errors.inertias[0]) + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
@@ -246,9 +246,9 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
             defect = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
             expected, advice = "enough inertia to turn through the whole cycle", "give a larger inertia or speed"
             raise SceneError([Fault(path, defect, expected, advice)]) from None
-    fastest_slowest = Extremes(*(row[[_FAST, _SLOW]] for row in figures.extremes))
+    rows: list[Any] = [row[[_FAST, _SLOW]] for row in figures.extremes]
     error = figures.error / max(figures.total, 1e-300)
-    return turning_moment.motion_of(exact, figures.total, speed, eps, fastest_slowest, error)
+    return turning_moment.motion_of(exact, figures.total, speed, eps, Extremes(*rows), error)
 
 
 def work_error(cycle: Cycle) -> float:
@@ -344,7 +344,7 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     least, _, least_error, _ = figures.extent
     by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
     of_work, of_torque = (
-        turning_moment.error_of_difference(figures.cycle, figures.extremes, (row, row), factor)
+        turning_moment.error_of_difference(figures.cycle, figures.extremes, (row, row), (factor, factor))
         for row, factor in ((_WORK, 0.0), (_TORQUE, 0.5 * square))
     )
     areas_error = of_work / unit + 4 * ROUNDING * fluctuation

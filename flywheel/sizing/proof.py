@@ -38,7 +38,6 @@ from flywheel.sizing.enclosures import (
     UNKNOWN,
     Motion,
     Motions,
-    Speeds,
     Sums,
     cells_of,
     edges_of,
@@ -58,7 +57,6 @@ _READ = 1e-15  # by how much a number may differ from the float that was read
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
 _MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
-_EVEN = 1e-4  # an irregularity beside which that of a motion which does not vary counts
 _NARROW = 1e-6  # of a figure: a width that does not count
 
 
@@ -199,8 +197,6 @@ def _widths(found: Mapping[str, Any], balance: float) -> dict[str, float]:
     for name, ball in found.items():
         size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)) if one in found)
         size = max(size, balance) if name == "balance.value" else size
-        if name == "simulation.irregularity" and ball.contains(0):
-            size = _EVEN
         widths[name] = 0.0 if ball.rad().is_zero() else 2.0 * float(ball.rad()) / max(size, 1e-300)
     return widths
 
@@ -644,15 +640,12 @@ def _moving(
     ratio, last, *speeds = over_balls(numbers, len(wanted))(zero, *columns)
     motions = Motions(structure, columns, near, *fineness)
     wheel = balls.exact(near.wheel) if scene.inertia is None else last * ratio**2
-    ends = list[tuple[Any, Speeds]]()
     if asked is not None and near.wheel > 0.0:
-        wheel, ends = motions.for_irregularity(last, *speeds)
-    if speeds:
-        ends.append(motions.balance(wheel, *speeds))
-    unknown = ends[-1][0] if speeds else zero
+        wheel = motions.for_irregularity(last, *speeds)
+    sides = motions.between
+    unknown = motions.balance(wheel, *speeds) if speeds else zero
     found = motions.at(wheel, unknown)
-    one = all(found.start.contains(each.start) and unknown.contains(own) for own, each in ends)
-    if not one or (speeds and not motions.effect):
+    if not all(found.start.contains(start) for start in (*sides, *motions.between)) or (speeds and not motions.effect):
         raise UnprovenError("that the motions on both sides belong to one")
     figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
     figures |= {"speed": speeds[0], "balance.value": unknown} if speeds else {"speed": found.level}

@@ -797,41 +797,6 @@ def test_an_open_branch_has_the_hull_of_both_sides(chosen: Any) -> None:
         assert difference.contains(0)
 
 
-def test_a_motion_that_does_not_vary_is_proven_to_be_even() -> None:
-    found = sized(
-        {"load": [{"on": "crank", "torque": "-0.5*omega**2"}], "drive": {"torque": 50}, "flywheel": {"inertia": 3}}
-    )
-    low, high = found.figures["simulation.irregularity"]
-    assert low <= 0.0 <= high < 1e-16
-
-
-def test_the_least_of_a_function_whose_minimum_is_flat_is_enclosed() -> None:
-    """Its least is 0 at -0.1, of fourth order, by polynomials about 0.2."""
-    flint = extra("flint")
-    with balls.precision(128, 24):
-        flat = flint.arb_poly([flint.arb("0.3"), 1]) ** 4 * flint.arb_poly([2, flint.arb("0.7"), 1, -1])
-        curve = balls.Curve(flint.arb(-1), flint.arb(1), -flat, -flat.derivative())
-        greatest = balls.greatest([curve], 1e-24)
-    assert greatest.contains(0)
-    assert float(greatest.rad()) < 1e-23
-
-
-@pytest.mark.parametrize("order", [1, -1])
-def test_a_function_of_which_a_part_is_not_finite_has_no_greatest_value(order: int) -> None:
-    flint = extra("flint")
-    curves = [
-        balls.Curve(flint.arb(-1), flint.arb(1), flint.arb_poly([own, 1]), flint.arb_poly([own])) for own in (1, "nan")
-    ]
-    with pytest.raises(balls.UnprovenError, match="an extreme that stays open"):
-        balls.greatest(curves[::order], 1e-3)
-
-
-@pytest.mark.parametrize("number", [3.2568879938186406e-13, 6283185307179.587])
-def test_a_number_with_roundings_is_no_multiple_of_pi_for_its_size(number: float) -> None:
-    with pytest.raises(balls.UnprovenError, match="with roundings"):
-        balls.constant(number)
-
-
 NEAR = enclosures.Motion(3.0, 0.0, 10.33341290682974, 0.08)
 
 
