@@ -14,6 +14,7 @@ import pytest
 
 import flywheel
 from flywheel import Fault, Machine, SceneError, Tradeoff
+from flywheel.machine.programs import recorded
 from flywheel.numerics.budget import count
 from flywheel.study import answers, tradeoff
 from flywheel.study.answers import NoAnswerError, Question, Reference, answer
@@ -544,6 +545,11 @@ def test_what_is_inside_keeps_the_limit_around_it():
     now = time.perf_counter()
     with pytest.raises(OutOfTimeError), limited(now - 1.0), limited(now + 60.0):
         count(1)
+
+
+def test_a_machine_whose_recording_is_cut_off_is_not_taken_for_one_without():
+    with pytest.raises(OutOfTimeError), limited(time.perf_counter() - 1.0):
+        recorded(flywheel.load(yoke()), ("flywheel.irregularity",), [0.05])
 
 
 # A plain grid, against the script that people write.
