@@ -196,7 +196,7 @@ class Machine:
     @cached_property
     def jumps_at_speeds(self) -> bool:
         """Tests whether a load may jump at a speed, by a condition or a sign: not only have another slope there."""
-        laws = [effort.load.law for efforts in self.switching for effort in efforts.values()]
+        laws = [effort.load.law for effort in self.efforts]
         nodes = [node for law in laws if isinstance(law, Expression) for node in walk(law.tree)]
         tests = [node.args[0] if node.op == "if" else node for node in nodes if node.op in ("if", "sign", *BOOLEAN)]
         return any(Expression("", test).uses_speed for test in tests)

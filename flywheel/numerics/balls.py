@@ -27,17 +27,17 @@ from flint import arb, arb_poly, arb_series, fmpq
 
 from flywheel.numerics.jets import Jet, jet_namespace
 
-_TURNS = 720  # multiples of pi are known as such down to pi over this
+_TURNS = 720  # multiples of pi are known as such down to pi over this, and up to pi times this
 _LAST_DIGIT = 2.0**-51  # of a multiple of 1/pi: what a float of it may be off by
 _DIGITS = 9  # decimals of a constant: one that needs more may have been calculated, with roundings
 _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
 _STEEP = 1.6  # what a cell leaves open grows with its width to the power of the order times this
 _SAFE, _SHRINKS, _LEAST_SHARE = 0.95, 0.2, 1e-60  # of the next width over that wanted, and over the last; of what is open
-_MOST_SPLITS = 4_000  # of intervals, for one extreme
+_MOST_SPLITS, _RECENTRED = 4_000, 100  # of intervals, for one extreme; after so many, polynomials are taken about each
 _SAMPLES, _FINE = 32, 1e-3  # places on a cell; of what ranges change: what wider intervals may add
 _MOST_CYCLES, _MOST_PICARD = 12, 60  # Newton's steps to a periodic solution, and Picard's along a cell
 _MOST_WIDER = 4  # tries to enclose a periodic solution
-_CLOSED = 1e-6  # of the error allowed: what these steps may leave
+_CLOSED = 1e-2  # of the error allowed: what these steps may leave
 _SHRUNK = 0.1  # of the change of the last step of Newton's method: less, or rounding decides
 _TUBE = 1e4  # radius of the tubes about a solution over that error
 
@@ -82,11 +82,12 @@ def constant(value: Any) -> Any:
 def share_of_pi(value: float) -> Fraction:
     """The multiple of pi that a number is the float of; 0 for others.
 
-    >>> share_of_pi(math.pi / 2), share_of_pi(1.5)
-    (Fraction(1, 2), Fraction(0, 1))
+    >>> share_of_pi(math.pi / 2), share_of_pi(1.5), share_of_pi(1e12 / 7)
+    (Fraction(1, 2), Fraction(0, 1), Fraction(0, 1))
     """
     share = Fraction(value / math.pi).limit_denominator(_TURNS)
-    return share if value == float(share.numerator * math.pi / share.denominator) else Fraction()
+    known = abs(share) <= _TURNS and value == float(share.numerator * math.pi / share.denominator)
+    return share if known else Fraction()
 
 
 def exact(value: float) -> Any:
@@ -132,12 +133,12 @@ def over(u: Any, span: Any) -> Any:
 
 def series(polynomial: Any, order: int) -> Any:
     """The power series of a polynomial, to an order."""
-    return arb_series(polynomial.coeffs(), order + 1)
+    return arb_series(polynomial, order + 1)
 
 
 def enclosing(about: Any, all_over: Any, order: int) -> Any:
     """The polynomial that encloses a function in a cell, from its series about the middle and about all of the cell."""
-    return arb_poly([*(coefficient(about, k) for k in range(order)), coefficient(all_over, order)])
+    return _polynomial(about, order - 1) + arb_poly([0] * order + [coefficient(all_over, order)])
 
 
 def positive(value: Any) -> Any:
@@ -229,13 +230,15 @@ JETS = jet_namespace(SimpleNamespace(**vars(NAMESPACE), pi=None))
 class Model(NamedTuple):
     """A cell between two balls, its middle (exact), and for each function a polynomial in the distance from the middle.
 
-    The last coefficient is a ball that holds the function's own at every place of the cell.
+    The last coefficient is a ball that holds the function's own at every place of the cell. `stretch` is the number of the
+    stretch that it is part of.
     """
 
     low: Any
     high: Any
     middle: Any
     polynomials: tuple[Any, ...]
+    stretch: int = 0
 
     @property
     def span(self) -> Any:
@@ -280,7 +283,7 @@ def models(
     """
     cells: list[Model] = []
     width = math.inf
-    for function, (start, high) in zip(functions, pairwise(edges), strict=True):
+    for k, (function, (start, high)) in enumerate(zip(functions, pairwise(edges), strict=True)):
         narrowest = _NARROWEST * float((high - start).mid())
         while start is not high:
             rest = float((high - start).mid())
@@ -290,7 +293,7 @@ def models(
             change = _SAFE * max(share, _LEAST_SHARE) ** (-1 / (_STEEP * order))
             before, width = width, rest / parts * min(max(change, _SHRINKS), 1 / _SHRINKS)
             if model is not None:
-                cells.append(model)
+                cells.append(model._replace(stretch=k))
                 start, width = right, max(width, before) if parts == 1 and before < math.inf else width
             elif width < narrowest:
                 raise UnprovenError(f"a function that is not smooth at {float(start.mid()):.6g} rad")
@@ -302,7 +305,7 @@ def halves(functions: Callable[[Any], Sequence[Any]], cell: Model, order: int) -
     models = [_model(functions, *ends, order)[0] for ends in ((cell.low, cell.middle), (cell.middle, cell.high))]
     if None in models:  # a cell left out would be a gap in the motion
         raise UnprovenError(f"a function that is not smooth at {float(cell.middle):.6g} rad")
-    return [each for each in models if each is not None]
+    return [each._replace(stretch=cell.stretch) for each in models if each is not None]
 
 
 def _model(
@@ -355,7 +358,8 @@ class Curve(NamedTuple):
 def greatest(curves: Iterable[Curve], error: float) -> Any:
     """The ball of the greatest value of a continuous function that curves give cell by cell.
 
-    Best-first bisection: of the function the bound f(m) + f'(X) (X - m), and where the slope keeps its sign its ends.
+    Best-first bisection: of the function the bound f(m) + f'(X) (X - m), and where the slope keeps its sign its ends. An
+    interval in which the slope adds no more than the radius of f(m) is not cut further, either.
 
     Args:
         curves: the cells.
@@ -378,25 +382,22 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
             inside = most = curve.value(high if slope > 0 else low)
         else:
             middle = arb(((low + high) / 2).mid())
-            inside = curve.value(middle)
-            most = inside + slope * (span - middle)
+            inside, rise = curve.value(middle), slope * (span - middle)
+            most, final = inside + rise, bool(rise.abs_upper() <= inside.rad())
         known = max((known, inside), key=lambda ball: ball.lower())
-        best, top = known.lower(), most.upper()
-        heapq.heappush(heap, (-float(top - base), next(order), top, curve, low, high, final))
+        best, top = known.lower(), most.upper() if most.is_finite() else arb("inf")
+        heapq.heappush(heap, (-top, next(order), curve, low, high, final))
 
-    curves = list(curves)
-    base = max((curve.value[0].mid() for curve in curves), default=arb(0))  # floats tell small differences from there
     for curve in curves:
         noted(curve, curve.low, curve.high)
-    for _ in range(_MOST_SPLITS):
-        _, _, top, curve, low, high, final = heap[0]
-        if final or top - best <= error:
-            # the floats by which the heap is sorted are rounded: the highest of all exact bounds counts
-            most = max((entry[2] for entry in heap), key=lambda ball: ball.upper())
-            if most - best <= error or final:
-                return best.union(most)
-        heapq.heappop(heap)
+    for split in range(_MOST_SPLITS):
+        below, _, curve, low, high, final = heapq.heappop(heap)
+        if final or -below - best <= error:
+            return best.union(-below)
         middle = arb(((low + high) / 2).mid())
+        if split > _RECENTRED:  # about a minimum of higher order, terms about the cell's middle cancel
+            curve = Curve(low - middle, high - middle, curve.value(line(middle, 1)), curve.slope(line(middle, 1)))
+            low, middle, high = curve.low, arb(0), curve.high
         noted(curve, low, middle)
         noted(curve, middle, high)
     raise UnprovenError("an extreme that stays open")
@@ -627,15 +628,15 @@ class Place(NamedTuple):
     """A cell between two balls, its middle, and the rate of E there: F, dF/dE, ... as series, from E as a series.
 
     `inner` gives them about the middle; `about` and `whole` for all parameters in some ranges, about the middle and about
-    every place of the cell at once: then the argument is a ball.
+    every place of the cell at once: then the argument is a ball. What follows F may be left until it is taken.
     """
 
     low: Any
     high: Any
     middle: Any
-    inner: Callable[[Any], Sequence[Any]]
-    about: Callable[[Any], Sequence[Any]]
-    whole: Callable[[Any], Sequence[Any]]
+    inner: Callable[[Any], Iterable[Any]]
+    about: Callable[[Any], Iterable[Any]]
+    whole: Callable[[Any], Iterable[Any]]
 
     @property
     def span(self) -> Any:
@@ -668,7 +669,14 @@ class Orbit(NamedTuple):
     tubes: tuple[Tube, ...]
 
 
-def periodic(cells: Sequence[Place], order: int, error: float, near: Sequence[Any], tubes: Sequence[Tube] = ()) -> Orbit:
+def periodic(
+    cells: Sequence[Place],
+    order: int,
+    error: float,
+    near: Sequence[Any],
+    tubes: Sequence[Tube] = (),
+    growing: Sequence[Growth] = (),
+) -> Orbit:
     """The stable periodic solution of dE/dphi = F(phi, E) near polynomials, proven by an upper and a lower solution.
 
     With polynomials p, d = |dp/dphi - F(phi, p)|, and L no less than dF/dE near p, p + s is an upper solution where
@@ -681,6 +689,7 @@ def periodic(cells: Sequence[Place], order: int, error: float, near: Sequence[An
         error: distance from its polynomials in which the solution is first searched for; increased if necessary.
         near: polynomials of a solution near this one, in the same cells.
         tubes: about a solution near this one; made anew where they are too narrow.
+        growing: growths along a solution near this one; along `near` without them.
 
     Raises UnprovenError where no stable periodic solution is proven near.
     Source: J. Mawhin, First order ordinary differential equations with several periodic solutions, ZAMP 38 (1987).
@@ -700,7 +709,8 @@ def periodic(cells: Sequence[Place], order: int, error: float, near: Sequence[An
     (True, True)
 
     """
-    polynomials, rates = approached(cells, order, _CLOSED * error, near)
+    growing = growing or growths(cells, order, near)
+    polynomials, rates = approached(cells, order, _CLOSED * error, near, growing)
     radius = arb(error) * _TUBE
     for _ in range(_MOST_WIDER):
         tubes = tubes or tuple(_tube(cell, own, radius, order) for cell, own in zip(cells, polynomials, strict=True))
@@ -714,49 +724,71 @@ def periodic(cells: Sequence[Place], order: int, error: float, near: Sequence[An
     raise UnprovenError(f"a motion whose cycle stays open by {float(most):.1e}")
 
 
-def approached(
-    cells: Sequence[Place], order: int, error: float, near: Sequence[Any]
-) -> tuple[tuple[Any, ...], list[Sequence[Any]]]:
-    """Polynomials of a periodic solution by Newton's method from near ones, and the rates along them.
+class Growth(NamedTuple):
+    """Growth of a deviation along a solution in a cell, from 1 at its low end on: a polynomial, and the series of 1 over it.
 
-    The correction e of polynomials p follows de/dphi = dF/dE e + F(phi, p) - dp/dphi, all over the cycle.
+    `low` and `high` are the ends, as distances from the middle.
+    """
+
+    low: Any
+    high: Any
+    alone: Any
+    inverse: Any
+
+
+def growths(cells: Sequence[Place], order: int, near: Sequence[Any]) -> list[Growth]:
+    """The growths of deviations along polynomials: it suffices that these are near a solution."""
+    found = []
+    for cell, own in zip(cells, near, strict=True):
+        low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
+        _, steep, *_ = cell.inner(series(own, order))
+        rising = series(_middles(_polynomial(steep, order - 1)), order - 1).integral()
+        growth = rising - arb_poly(rising.coeffs())(low)
+        found.append(Growth(low, high, _middles(arb_poly(growth.exp().coeffs())), (-growth).exp()))
+    return found
+
+
+def approached(
+    cells: Sequence[Place], order: int, error: float, near: Sequence[Any], growing: Sequence[Growth]
+) -> tuple[tuple[Any, ...], list[Any]]:
+    """Polynomials of a periodic solution by Newton's method from near ones, and F along them.
+
+    The correction e of polynomials p follows de/dphi = dF/dE e + F(phi, p) - dp/dphi, all over the cycle, with dF/dE along
+    a solution near.
     """
     polynomials, change = tuple(near), arb("inf")
     for _ in range(_MOST_CYCLES):
-        rates = [cell.inner(series(own, order)) for cell, own in zip(cells, polynomials, strict=True)]
-        corrections, kept = _corrections(cells, polynomials, rates, order)
+        rates = [next(iter(cell.inner(series(own, order)))) for cell, own in zip(cells, polynomials, strict=True)]
+        corrections = _corrections(cells, polynomials, rates, growing, order)
         last = change
         change = reduce(arb.max, (own(cell.span).abs_upper() for cell, own in zip(cells, corrections, strict=True)))
-        if change < error * (1 - kept) or not change < _SHRUNK * last:
+        if change < error or not change < _SHRUNK * last:
             return polynomials, rates
         polynomials = tuple(_middles(own + more) for own, more in zip(polynomials, corrections, strict=True))
     raise UnprovenError("that a steady motion is near")
 
 
 def _corrections(
-    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Sequence[Any]], order: int
-) -> tuple[list[Any], Any]:
-    """The corrections of polynomials by a step of Newton's method, and what is left of a deviation after a cycle."""
+    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Any], growing: Sequence[Growth], order: int
+) -> list[Any]:
+    """The corrections of polynomials by a step of Newton's method."""
     parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
-    for cell, own, (rate, steep, *_), (after, next_own) in zip(cells, polynomials, rates, following, strict=True):
-        low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
-        growth = arb_series([*map(partial(coefficient, steep), range(order))], order).integral()
-        alone, missed = growth.exp(), series(_polynomial(rate, order - 1) - own.derivative(), order - 1)
-        forced = alone * ((-growth).exp() * missed).integral()
-        alone, forced = (_middles(arb_poly(each.coeffs())) for each in (alone, forced))
-        alone *= 1 / alone(low)
-        forced -= alone * forced(low)
-        jump = own(high) - next_own(after.low.mid() - after.middle)
-        grown, gap = (grown * alone(high)).mid(), (gap * alone(high) + forced(high) + jump).mid()
-        parts.append((alone, forced, high, jump))
+    for own, rate, growth, (after, next_own) in zip(polynomials, rates, growing, following, strict=True):
+        missed = series(_middles(_polynomial(rate, order - 1) - own.derivative()), order - 1)
+        forced = growth.alone * _middles(arb_poly((growth.inverse * missed).integral().coeffs()))
+        forced -= growth.alone * forced(growth.low)
+        jump = own(growth.high) - next_own(after.low.mid() - after.middle)
+        ahead = growth.alone(growth.high)
+        grown, gap = (grown * ahead).mid(), (gap * ahead + forced(growth.high) + jump).mid()
+        parts.append((growth, forced, jump))
     if not grown < 1:
         raise UnprovenError("a steady motion that is stable")
     corrections, value = list[Any](), (gap / (1 - grown)).mid()
-    for alone, forced, high, jump in parts:
-        corrections.append(forced + value * alone)
-        value = (corrections[-1](high) + jump).mid()
-    return corrections, grown
+    for growth, forced, jump in parts:
+        corrections.append(forced + value * growth.alone)
+        value = (corrections[-1](growth.high) + jump).mid()
+    return corrections
 
 
 def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> Any:
@@ -773,7 +805,7 @@ def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> An
     low, reach = cell.low.mid() - cell.middle, arb(0, cell.span.abs_upper())
     own, change = near + (value - near(low)), arb("inf")
     for _ in range(_MOST_PICARD):
-        rising = _polynomial(cell.inner(series(own, order))[0], order - 1).integral()
+        rising = _polynomial(next(iter(cell.inner(series(own, order)))), order - 1).integral()
         polynomial = _middles(rising + (value - rising(low)))
         last, change, own = change, (polynomial - own)(reach).abs_upper(), polynomial
         if change < error or not change < last:
@@ -785,44 +817,41 @@ def _middles(polynomial: Any) -> Any:
     return arb_poly([each.mid() for each in polynomial.coeffs()])
 
 
-def _polynomial(series: Any, degree: int) -> Any:
-    return arb_poly([coefficient(series, k) for k in range(degree + 1)])
+def _polynomial(u: Any, degree: int) -> Any:
+    known = not isinstance(u, arb_series) or u.prec > degree
+    return arb_poly((u.coeffs() if isinstance(u, arb_series) else [u])[: degree + 1]) if known else arb_poly([arb("nan")])
 
 
-def missed(cell: Place, own: Any, order: int) -> Any:
-    """The greatest |dp/dphi - F(phi, p)| in a cell; infinite where F is not enclosed."""
-    try:
-        return _missed(cell, own, cell.inner(series(own, order))[0], order)
-    except (ArithmeticError, ValueError):
-        return arb("inf")
+def missed(cell: Place, own: Any, order: int, rate: Any = None) -> Any:
+    """The greatest |dp/dphi - F(phi, p)| in a cell, by F about the middle where it is given.
 
-
-def _missed(cell: Place, own: Any, rate: Any, order: int) -> Any:
-    """The same by F about the middle; of p itself, since the last coefficient depends on all of those of p."""
-    cut = coefficient(cell.whole(series(own(line(cell.span, 1)), order))[0], order)
-    apart = (own.derivative() - _polynomial(rate, order - 1))(cell.span)
+    It is that of p itself, since the last coefficient of F depends on all of those of p.
+    """
+    inner = next(iter(cell.inner(series(own, order)))) if rate is None else rate
+    cut = coefficient(next(iter(cell.whole(series(own(line(cell.span, 1)), order)))), order)
+    apart = (own.derivative() - _polynomial(inner, order - 1))(cell.span)
     return (abs(apart) + abs(cut) * cell.span.abs_upper() ** order).abs_upper()
 
 
 def _tube(cell: Place, own: Any, radius: Any, order: int) -> Tube:
     """The tube about a polynomial: at each place, E differs from it by a number within the radius."""
     wide = own + arb(0, radius)
-    inner, outer = cell.about(series(wide, order)), cell.whole(series(wide(line(cell.span, 1)), order))
-    return Tube(own, radius, enclosing(inner[1], outer[1], order), [*map(first, outer)])
+    (_, steep, *_), outer = cell.about(series(wide, order)), [*cell.whole(series(wide(line(cell.span, 1)), order))]
+    return Tube(own, radius, enclosing(steep, outer[1], order), [*map(first, outer)])
 
 
 def _reach(
-    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Sequence[Any]], tubes: Sequence[Tube], order: int
+    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Any], tubes: Sequence[Tube], order: int
 ) -> tuple[Any, Any]:
     """Greatest distance of a periodic solution from polynomials close to it, and the distance at the start."""
     steps = []
     following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
-    for cell, own, (rate, *_), tube, (after, next_own) in zip(cells, polynomials, rates, tubes, following, strict=True):
+    for cell, own, rate, tube, (after, next_own) in zip(cells, polynomials, rates, tubes, following, strict=True):
         length, primitive = (cell.high - cell.low).max(arb(0)), tube.steep.integral()
         grown = (primitive(cell.high - cell.middle) - primitive(cell.low - cell.middle)).exp().abs_upper()
         peak = (tube.steep(cell.span) * length).exp().abs_upper().max(arb(1))
         jump = own(cell.high - cell.middle) - next_own(after.low - after.middle)
-        added = _missed(cell, own, rate, order) * length * peak
+        added = missed(cell, own, order, rate) * length * peak
         if not (grown.is_finite() and added.is_finite()):
             raise UnprovenError("a torque that is undecided near the motion")
         steps.append((grown, peak, added, jump.abs_upper()))

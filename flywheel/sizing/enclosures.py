@@ -43,13 +43,14 @@ _MOST_CELLS = 550  # of a motion: more would take several hundred times as long 
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its v
 _RANGE = 1e-14  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
-_NEWTON = 2  # steps towards both
+_NEWTON, _SETTLED = 2, 1e-9  # steps towards both at most, and the change of a flywheel after which one more is not needed
 _BRACKET = 4.0  # half the width of a bracket over what a motion in its middle leaves open
 _MISSED = 1e-6  # of a step by that effect: what it may miss
 _WIDER, _MOST_WIDER = (
     30,
     4,
 )  # by how much brackets grow, and how often, until the motions at their ends are proven to lie on both sides
+_MOST_WHEELS = 4  # with which laws are kept
 _SIDE = 1e-12  # of the moment in a mesh: what its greatest in a cell may leave open
 _DEFECT = 1e-3  # of what a motion may leave open: what its polynomials may miss in a cell
 _LEAST_UNEVEN = 1e-10  # irregularity: with less, such a cell is as wide as with this
@@ -294,8 +295,8 @@ class _Law(NamedTuple):
     """dE/dphi about a place, or all over a cell, from what position alone gives there.
 
     `late` gives the rows of every stage (`_SMOOTH`) from `known`, the speed and the unknown; `inertia` is I*. `outwards`
-    says of each mesh whether power passes outwards, `signs` on which sides of its switches every torque is: by the middle
-    of the cell where there are none. `outwards` is None where one of them changes in the cell: then the law is a ball all
+    says of each mesh whether power passes outwards, `signs` on which sides of its switches every torque is; without
+    them these have to show. `outwards` is None where one of them changes in the cell: then the law is a ball all
     over it, and `span` the ball of all distances from its middle.
     """
 
@@ -307,29 +308,37 @@ class _Law(NamedTuple):
     span: Any
     jumps: bool
     signs: tuple[int, ...] | None = None
+    wheel: Any = None
+    per_inertia: Any = None
 
-    def rates(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, Any, Any]:
-        """dE/dphi (N m), and its slopes by E and by the unknown, with a flywheel (kg m² at the crank)."""
+    def loaded(self, wheel: Any) -> _Law:
+        """The law with a flywheel (kg m² at the crank)."""
+        return self._replace(wheel=wheel, per_inertia=1 / (self.inertia + wheel))
+
+    def rates(self, energy: Any, unknown: Any) -> Iterator[Any]:
+        """dE/dphi (N m); then its slopes by E and by the unknown, which are calculated only where they are taken."""
         energy = balls.over(energy, self.span) if self.outwards is None else energy
-        speed, (moments, by_speed, by_unknown, inertias, slopes), bare, _ = self._moments(energy, wheel, unknown)
+        speed, (moments, by_speed, by_unknown, inertias, slopes), bare, _ = self._moments(energy, unknown)
         if len(self.stages) == 1:
-            (moment,), (steep,), (of_unknown,) = moments, by_speed, by_unknown
-        else:
-            curved = [slope * speed - change for slope, change in zip(slopes, by_speed, strict=True)]
-            possible = [self._factors(self.outwards)] if self.outwards is not None else self._possible(inertias, bare)
+            yield moments[0]
+            yield by_speed[0] * self.per_inertia / speed
+            yield by_unknown[0]
+            return
+        possible = [self._factors(self.outwards)] if self.outwards is not None else self._possible(inertias, bare)
 
-            def less_lost(kept: Sequence[Any], rest: Sequence[Any]) -> Any:
-                """A sum over all stages without what meshes lose of it, for all possible sides."""
-                return balls.hull(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
+        def less_lost(kept: Sequence[Any], rest: Sequence[Any]) -> Any:
+            """A sum over all stages without what meshes lose of it, for all possible sides."""
+            return balls.hull(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
 
-            of_unknown = less_lost(by_unknown, [-each for each in by_unknown])
-            moment, steep = less_lost(moments, bare), less_lost(by_speed, curved)
-        return moment, steep / (speed * (self.inertia + wheel)), of_unknown
+        yield less_lost(moments, bare)
+        curved = [slope * speed - change for slope, change in zip(slopes, by_speed, strict=True)]
+        yield less_lost(by_speed, curved) * self.per_inertia / speed
+        yield less_lost(by_unknown, [-each for each in by_unknown])
 
-    def decisive(self, energy: Any, wheel: Any, unknown: Any) -> list[Any]:
+    def decisive(self, energy: Any, unknown: Any) -> list[Any]:
         """The differences that decide branches of torques; then the moments (N m, at the crank) outwards through meshes."""
         assert self.outwards is not None
-        _, rows, bare, differences = self._moments(energy, wheel, unknown)
+        _, rows, bare, differences = self._moments(energy, unknown)
         if len(self.stages) == 1:
             return differences
         factors = self._factors(self.outwards)
@@ -339,23 +348,23 @@ class _Law(NamedTuple):
         """The same with a ball in place of each series."""
         return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
 
-    def _moments(self, energy: Any, wheel: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any], list[Any]]:
+    def _moments(self, energy: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any], list[Any]]:
         """The speed; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each; what decides.
 
         Of a single stage, I* and its slope are not among the rows: nothing is lost there.
         """
-        v = energy / (self.inertia + wheel)
+        v = energy * self.per_inertia
         speed = (2 * v).sqrt()
         rows, differences = self.late(self._sign_of, *self.known, speed, unknown)
         moments, by_speed, by_unknown, inertias, slopes = (list(rows[k :: len(_SMOOTH)]) for k in range(len(_SMOOTH)))
-        inertias = [own + wheel * stage.carries_flywheel for stage, own in zip(self.stages, inertias, strict=False)]
+        inertias = [own + self.wheel * stage.carries_flywheel for stage, own in zip(self.stages, inertias, strict=False)]
         bare = [slope * v - moment for slope, moment in zip(slopes, moments, strict=False)]
         return speed, [moments, by_speed, by_unknown, inertias, slopes], bare, differences
 
     def _sign_of(self, number: int, difference: Any) -> int | None:
         if self.outwards is None:
             return _own_sign(number, difference) if self.jumps else possible_sign(number, difference)
-        return _middle_sign(number, difference) if self.signs is None else self.signs[number]
+        return _own_sign(number, difference) if self.signs is None else self.signs[number]
 
     def _factors(self, outwards: tuple[bool, ...]) -> tuple[Any, ...]:
         """The factors K of all parts (see `flywheel.machine.equation`)."""
@@ -440,7 +449,6 @@ class Motions:
         self._near, self._order, self._left = near, order, left
         self._unknown = balls.exact(near.unknown)
         self._per_unknown: tuple[Any, Any] | None = None  # effect of the unknown on the speed and on the irregularity
-        self.between: list[Any] = []  # E at the start of the motions on both sides of what is wanted
         assert structure.efficiencies is not None
         efficiencies = over_balls(structure.efficiencies)(rational(0, 1), *columns)
         stages = tuple(
@@ -470,14 +478,13 @@ class Motions:
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
-        lows = [float(each.low) for each in stretches]
-        pieces = [sum(low <= float(cell.middle) for low in lows) - 1 for cell in cells]
         self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[_Law]](), list[Any]()
         self._inertias = list[tuple[Any, Any]]()  # I* about the middle of each cell, and about every place of it
-        todo = [*zip(cells, pieces, strict=True)][::-1]
+        self._loaded = dict[Any, list[Any]]()
+        todo = cells[::-1]
         while todo:
-            cell, k = todo.pop()
-            laws = stretches[k].laws(cell, stages, known)
+            cell = todo.pop()
+            laws = stretches[cell.stretch].laws(cell, stages, known)
             inertias = laws[0].inertia, laws[1].inertia
             narrow = cell.high - cell.low < reach
             if laws[0].outwards is None:
@@ -490,7 +497,7 @@ class Motions:
             if own is None and narrow:
                 raise UnprovenError(f"the motion at {float(cell.middle):.6g} rad")
             if own is None:
-                todo += [(half, k) for half in reversed(balls.halves(functions[k], cell, order))]
+                todo += reversed(balls.halves(functions[cell.stretch], cell, order))
             else:
                 self._cells.append(cell)
                 self._laws.append(followed)
@@ -504,6 +511,7 @@ class Motions:
         self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
         self._tubes: tuple[Any, ...] = ()
         self._ranges = (balls.exact(0), balls.exact(0))
+        self._growing: Sequence[balls.Growth] = ()
         self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
     def _followed(self, cell: Model, laws: Sequence[_Law], value: Any) -> tuple[Any, Sequence[_Law]]:
@@ -512,40 +520,49 @@ class Motions:
         None where the cell is too wide: where polynomials miss the motion by more than they may, or where the sides of
         meshes or of switches are not proven.
         """
-        most, numbers = _DEFECT * self._allowed, (balls.exact(self._near.wheel), self._unknown)
+        most = _DEFECT * self._allowed
         try:
-            place = self._place(cell, laws, numbers, numbers)
+            laws = [law.loaded(balls.exact(self._near.wheel)) for law in laws]
+            place = self._place(cell, laws, self._unknown)
             own = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
             if self._switches and laws[0].outwards is not None:
-                middle = laws[0].decisive(balls.series(own, self._order), *numbers)
+                middle = laws[0].decisive(balls.series(own, self._order), self._unknown)
                 signs = tuple(_middle_sign(0, each) for each in middle[: len(middle) - len(laws[0].outwards)])
                 laws = [law._replace(signs=signs) for law in laws]
-                place = self._place(cell, laws, numbers, numbers)
-                self._check_sides(place, own, laws, *numbers)
+                place = self._place(cell, laws, self._unknown)
+                self._check_sides(place, own, laws, self._unknown)
             if laws[0].outwards is not None and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
                 return None, laws
         except (ArithmeticError, ValueError):  # UnprovenError is one
             return None, laws
         return own, laws
 
-    def _place(self, cell: Model, laws: Sequence[_Law], at: tuple[Any, Any], ranges: tuple[Any, Any]) -> balls.Place:
-        """The laws in a cell with a flywheel and a value of the unknown, and with all in ranges of them."""
+    @staticmethod
+    def _place(cell: Model, laws: Sequence[_Law], unknown: Any) -> balls.Place:
+        """The laws in a cell with a flywheel and a value of the unknown."""
+        about, all_over = (partial(law.rates, unknown=unknown) for law in laws)
+        return balls.Place(cell.low, cell.high, cell.middle, about, about, all_over)
 
-        def rates(law: _Law, numbers: tuple[Any, Any]) -> Callable[[Any], Any]:
-            return lambda energy: law.rates(energy, *numbers)
-
-        about, all_over = laws
-        return balls.Place(cell.low, cell.high, cell.middle, rates(about, at), rates(about, ranges), rates(all_over, ranges))
-
-    def _places(self, wheel: Any, unknown: Any) -> list[balls.Place]:
-        both = zip(self._cells, self._laws, strict=True)
-        return [self._place(*each, (wheel, unknown), self._ranges) for each in both]
+    def _with_wheel(self, wheel: Any) -> list[Any]:
+        """The laws of each cell with a flywheel, and the polynomial of 1/(I* + J); those of the last few are kept."""
+        key = balls.key(wheel)
+        if key not in self._loaded:
+            if len(self._loaded) >= _MOST_WHEELS:
+                self._loaded.pop(next(iter(self._loaded)))
+            rows = self._loaded[key] = []
+            for laws, (about, all_over) in zip(self._laws, self._inertias, strict=True):
+                per_inertia = balls.enclosing(1 / (about + wheel), 1 / (all_over + wheel), self._order)
+                rows.append(([law.loaded(wheel) for law in laws], per_inertia))
+        return self._loaded[key]
 
     def near(self, wheel: Any, unknown: Any) -> Speeds:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown, not proven."""
-        places = self._places(wheel, unknown)
-        polynomials, _ = balls.approached(places, self._order, _DEFECT * self._allowed, self._polynomials)
-        self._polynomials = list(polynomials)
+        places = [
+            self._place(cell, laws, unknown) for cell, (laws, _) in zip(self._cells, self._with_wheel(wheel), strict=True)
+        ]
+        self._growing = self._growing or balls.growths(places, self._order, self._polynomials)
+        error = _DEFECT * self._allowed
+        self._polynomials = [*balls.approached(places, self._order, error, self._polynomials, self._growing)[0]]
         return self._speeds(wheel, balls.exact(0), balls.exact(0))
 
     def at(self, wheel: Any, unknown: Any) -> Speeds:
@@ -555,13 +572,18 @@ class Motions:
             reaches = (_RANGE * size + _BRACKET * own.rad() for own, size in zip(numbers, sizes, strict=True))
             low, high = (balls.around(own.mid(), reach) for own, reach in zip(numbers, reaches, strict=True))
             self._ranges, self._tubes = (low, high), ()
-        places = self._places(wheel, unknown)
-        orbit = balls.periodic(places, self._order, self._allowed, self._polynomials, self._tubes)
+        ranged = ((cell, laws) for cell, (laws, _) in zip(self._cells, self._with_wheel(self._ranges[0]), strict=True))
+        places = [
+            self._place(cell, laws, self._ranges[1])._replace(inner=partial(own[0].rates, unknown=unknown))
+            for (cell, laws), (own, _) in zip(ranged, self._with_wheel(wheel), strict=True)
+        ]
+        self._growing = self._growing or balls.growths(places, self._order, self._polynomials)
+        orbit = balls.periodic(places, self._order, self._allowed, self._polynomials, self._tubes, self._growing)
         if orbit.tubes is not self._tubes:
             self._tubes = orbit.tubes
-            for place, tube, laws in zip(places, orbit.tubes, self._laws, strict=True):
+            for place, tube, (laws, _) in zip(places, orbit.tubes, self._with_wheel(self._ranges[0]), strict=True):
                 if self._switches:
-                    self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, *self._ranges)
+                    self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, self._ranges[1])
             of_unknown = [(cell.high - cell.low, *tube.rates[:0:-1]) for cell, tube in zip(places, orbit.tubes, strict=True)]
             self.effect = balls.one_way(of_unknown)
         self._polynomials = list(orbit.polynomials)
@@ -569,10 +591,8 @@ class Motions:
 
     def _speeds(self, wheel: Any, reach: Any, start: Any) -> Speeds:
         """The extreme speeds of motions with a flywheel no farther from the polynomials than a reach."""
-        motions = [
-            (own + balls.around(0, reach)) * balls.enclosing(1 / (about + wheel), 1 / (all_over + wheel), self._order)
-            for own, (about, all_over) in zip(self._polynomials, self._inertias, strict=True)
-        ]
+        rows = zip(self._polynomials, self._with_wheel(wheel), strict=True)
+        motions = [(own + balls.around(0, reach)) * per_inertia for own, (_, per_inertia) in rows]
         total = self.bounds[0] + wheel
         size = self._near.omega**2 / 2
         least = _LOOSE * self._left * size + _BRACKET * float((reach + size * wheel.rad()) / total)
@@ -586,13 +606,13 @@ class Motions:
 
         return Speeds(extreme(1), extreme(-1), start)
 
-    def _check_sides(self, cell: balls.Place, energy: Any, laws: Sequence[_Law], wheel: Any, unknown: Any) -> None:
+    def _check_sides(self, cell: balls.Place, energy: Any, laws: Sequence[_Law], unknown: Any) -> None:
         """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
         if laws[0].outwards is None:
             return
         order, near = self._order, [energy, energy(balls.line(cell.span, 1))]
         series = [balls.series(polynomial, order) for polynomial in near]
-        values, cut = (law.decisive(each, wheel, unknown) for law, each in zip(laws, series, strict=True))
+        values, cut = (law.decisive(each, unknown) for law, each in zip(laws, series, strict=True))
         sides = [*(laws[0].signs or ()), *(1 if out else -1 for out in laws[0].outwards)]
         for side, inner, outer in zip(sides, values, cut, strict=True):
             beyond = -(side or 1) * balls.enclosing(inner, outer, order)
@@ -602,57 +622,59 @@ class Motions:
             if not balls.greatest([curve], _SIDE * abs(float(beyond(0).mid())) + _LOOSE * float(beyond(0).rad())) < 0:
                 raise UnprovenError(f"on which side of a switch or of a mesh the motion is at {float(cell.middle):.6g} rad")
 
-    def _slopes(self, wheel: Any) -> tuple[Any, Any]:
-        """Effects of a unit of the unknown on the speed and on the irregularity, near the last motion."""
+    def _slopes(self, here: Speeds, wheel: Any) -> tuple[Any, Any]:
+        """Effects of a unit of the unknown on the speed and on the irregularity, near a motion with a flywheel."""
         if self._per_unknown is None:
             step = balls.exact(_SECANT * max(abs(self._near.unknown), self._effort))
-            here = self.near(wheel, self._unknown)
             self._per_unknown = self.near(wheel, self._unknown + step).growth(here, step)
             if self._per_unknown[0].is_zero():
                 raise UnprovenError("the effect of the balance on the speed")
         return self._per_unknown
 
-    def balance(self, wheel: Any, speed: Any) -> Any:
-        """The ball of the unknown with which a motion has a speed, near that of the last motion."""
-        slope = self._slopes(wheel)[0]
-        rest = (speed - self.at(wheel, self._unknown).level) / slope
-        self._unknown = (self._unknown + rest).mid()
-        apart = (_BRACKET * (rest.rad() + self._left * speed / abs(slope)) + _MISSED * abs(rest)).upper()
+    def balance(self, wheel: Any, speed: Any, apart: Any = None) -> tuple[Any, Speeds]:
+        """The ball of the unknown with which a motion has a speed, near that of the last motion, and its speeds.
+
+        apart: half its width at first; None for one from the motion with the last unknown.
+        """
+        if apart is None:
+            here = self.at(wheel, self._unknown)
+            slope = self._slopes(here, wheel.mid())[0]
+            rest = (speed - here.level) / slope
+            self._unknown = (self._unknown + rest).mid()
+            apart = (_BRACKET * (rest.rad() + self._left * speed / abs(slope)) + _MISSED * abs(rest)).upper()
         for _ in range(_MOST_WIDER):
-            sides = [self.at(wheel, self._unknown + side * self.effect * apart) for side in (-1, 1)]
-            if self.effect and sides[0].level < speed < sides[1].level:
-                self.between = [each.start for each in sides]
-                return balls.around(self._unknown, apart)
+            low, high = (self.at(wheel, self._unknown + side * self.effect * apart) for side in (-1, 1))
+            if self.effect and low.level < speed < high.level:  # every motion between has speeds between theirs
+                return balls.around(self._unknown, apart), Speeds(*map(balls.hull, zip(low, high, strict=True)))
             apart *= _WIDER
         raise UnprovenError("that the mean speed is the required one with a balance near")
 
-    def for_irregularity(self, asked: Any, *speeds: Any) -> Any:
-        """The ball of the flywheel with which a motion has an irregularity."""
-
-        def motion(wheel: Any) -> Speeds:
-            return self.at(wheel, self.balance(wheel, *speeds) if speeds else rational(0, 1))
-
-        wheel = balls.exact(self._near.wheel)
-        of_level, of_uneven = self._slopes(wheel) if speeds else (rational(1, 1), rational(0, 1))
+    def for_irregularity(self, asked: Any, *speeds: Any) -> tuple[Any, list[tuple[Any, Speeds]]]:
+        """The ball of the flywheel with which a motion has an irregularity; unknown and speeds at both of its ends."""
+        wheel, zero = balls.exact(self._near.wheel), rational(0, 1)
         here, step = self.near(wheel, self._unknown), (wheel * balls.exact(_SECANT)).mid()
+        of_level, of_uneven = self._slopes(here, wheel) if speeds else (rational(1, 1), zero)
         level, uneven = self.near(wheel + step, self._unknown).growth(here, step)
-        share = level / of_level if speeds else rational(0, 1)
+        share = level / of_level if speeds else zero
         uneven -= share * of_uneven  # the unknown follows the flywheel
         for _ in range(_NEWTON):
-            change = (speeds[0] - here.level) / of_level if speeds else rational(0, 1)
+            change = (speeds[0] - here.level) / of_level if speeds else zero
             rest = (asked - here.irregularity - of_uneven * change) / uneven
             self._unknown, wheel = (self._unknown + change - share * rest).mid(), (wheel + rest).mid()
             here = self.near(wheel, self._unknown)
-        rest = abs(asked - self.at(wheel, self._unknown).irregularity)
-        apart = (_BRACKET**2 * (rest + self._left) / uneven).abs_upper()
+            if abs(rest) < _SETTLED * abs(wheel):
+                break
+        here, unknown = self.at(wheel, self._unknown), self._unknown
+        apart = (_BRACKET**2 * (abs(asked - here.irregularity) + self._left) / uneven).abs_upper()
         for _ in range(_MOST_WIDER):
-            sides, unknown = list[Speeds](), self._unknown
+            ends = list[tuple[Any, Speeds]]()
             for side in (-1, 1):
-                self._unknown = (unknown - side * share * apart).mid()
-                sides.append(motion(wheel + side * apart))
+                self._unknown, own = (unknown - side * share * apart).mid(), wheel + side * apart
+                off = [abs(speed - here.level) + self._left * speed + _MISSED * abs(level * apart) for speed in speeds]
+                missed = [(_BRACKET * each / of_level).abs_upper() for each in off]
+                ends.append(self.balance(own, *speeds, *missed) if speeds else (zero, self.at(own, zero)))
             self._unknown = unknown
-            if sides[0].irregularity > asked > sides[1].irregularity:
-                self.between = [each.start for each in sides]
-                return balls.around(wheel, apart)
+            if ends[0][1].irregularity > asked > ends[1][1].irregularity:
+                return balls.around(wheel, apart), ends
             apart *= _WIDER
         raise UnprovenError("that the irregularity is the required one with a flywheel near")

@@ -38,6 +38,7 @@ from flywheel.sizing.enclosures import (
     UNKNOWN,
     Motion,
     Motions,
+    Speeds,
     Sums,
     cells_of,
     edges_of,
@@ -57,6 +58,7 @@ _READ = 1e-15  # by how much a number may differ from the float that was read
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
 _MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
+_EVEN = 1e-4  # an irregularity beside which that of a motion which does not vary counts
 _NARROW = 1e-6  # of a figure: a width that does not count
 
 
@@ -169,12 +171,12 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
                 raise UnprovenError("ranges of numbers where torques depend on speed, or meshes have losses")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
-                found, size = (
-                    (_moving(scene, structure, columns, (order, left), motion), 0.0)
+                found, scales = (
+                    (_moving(scene, structure, columns, (order, left), motion), {"simulation.irregularity": _EVEN})
                     if _follows_motion(scene)
                     else _cycle(scene, structure, columns, order, left)
                 )
-                width = max(_widths(found, size).values())
+                width = max(_widths(found, scales).values())
                 if width <= WIDTH:
                     found |= _cycle_over_ranges(scene, structure, columns, ranges, order, left) if ranges else {}
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
@@ -185,18 +187,20 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
     raise open_still
 
 
-def _widths(found: Mapping[str, Any], balance: float) -> dict[str, float]:
-    """The width of every ball over the larger of the figure and its scale: the fluctuation, the flywheels' total, max I*.
+def _widths(found: Mapping[str, Any], scales: Mapping[str, float]) -> dict[str, float]:
+    """The width of every ball over the figure, or, where that may be 0, over its scale.
 
-    balance: the scale of the balance.
+    scales: of figures by their keys; those of works have the fluctuation, of flywheels their total, of I* its greatest.
     """
-    scales = {"accumulated_max": "energy_fluctuation", "accumulated_min": "energy_fluctuation"}
-    scales |= {"reduced_inertia.min": "reduced_inertia.max"}
-    scales |= {name: "flywheel.approximate_total" for name in found if name.startswith("flywheel.")}
+    others = dict.fromkeys(("accumulated_max", "accumulated_min"), "energy_fluctuation")
+    others |= {"reduced_inertia.min": "reduced_inertia.max"}
+    others |= {name: "flywheel.approximate_total" for name in found if name.startswith("flywheel.")}
     widths = {}
     for name, ball in found.items():
-        size = max(abs(float(found[one].mid())) for one in (name, scales.get(name, name)) if one in found)
-        size = max(size, balance) if name == "balance.value" else size
+        size = abs(float(ball.mid()))
+        if ball.contains(0):
+            other = found.get(others.get(name, name), ball)
+            size = max(size, scales.get(name, 0.0), 0.0 if other.contains(0) else abs(float(other.mid())))
         widths[name] = 0.0 if ball.rad().is_zero() else 2.0 * float(ball.rad()) / max(size, 1e-300)
     return widths
 
@@ -353,24 +357,30 @@ def _kept(structure: Structure, columns: Sequence[Any]) -> int:
 
 def _cycle(
     scene: Scene, structure: Structure, columns: Sequence[Any], order: int, left: float
-) -> tuple[dict[str, Any], float]:
-    """The balls of the figures of a cycle, by their keys, and the scale of the balance: that which makes the fluctuation."""
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """The balls of the figures of a cycle, by their keys, and scales of those that may be 0, from all the work there."""
     speed, ratio, last = map(balls.ball, over_balls(_numbers(scene, structure))(rational(0, 1), *columns))
-    sums, balance, effect = _sums(structure, columns, order, left)
+    sums, balance, effect, exchanged = _sums(structure, columns, order, left)
     figures = {"speed": speed} | ({"balance.value": balance} if structure.unknown else {})
     figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
-    size = abs(float(figures["energy_fluctuation"].mid()) / float(effect.mid())) if structure.unknown else 0.0
-    return figures, size
+    scales = {"balance.value": exchanged / abs(float(effect.mid()))} if structure.unknown else {}
+    scales |= dict.fromkeys(("accumulated_max", "accumulated_min", "energy_fluctuation"), exchanged)
+    scales |= {"simulation.irregularity": _EVEN, "reduced_inertia.max": exchanged / float(speed.mid()) ** 2}
+    unit = float((last * (speed * ratio) ** 2).mid())
+    scales |= {name: exchanged / unit for name in figures if name.startswith("flywheel.")}
+    return figures, scales
 
 
-def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[Sums, Any, Any]:
-    """The extremes of a cycle, its balance, 0 without one, and the work of a unit of that."""
+def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[Sums, Any, Any, float]:
+    """The extremes of a cycle, its balance, 0 without one, the work of a unit of that, and about all the work done."""
     edges = edges_of(structure, columns)
     walks = [over_balls(rows_of(walk)) for walk in structure.walks]
     cells = cells_of([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
     net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (MOMENT, UNKNOWN))
     balance = -net / effect if structure.unknown else 0 * net
-    return Sums(cells, works_of(cells, balance)), balance, effect
+    rows = [(cell.high - cell.low, *(cell.polynomials[k][0] for k in (MOMENT, UNKNOWN))) for cell in cells]
+    exchanged = sum(abs(float(length)) * (abs(float(own)) + abs(float(balance * other))) for length, own, other in rows)
+    return Sums(cells, works_of(cells, balance)), balance, effect, exchanged
 
 
 def _numbers(scene: Scene, structure: Structure) -> Program:
@@ -473,7 +483,7 @@ def _over_box(
     figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
     values = {name: figure.value for name, figure in figures.items()}
     shares = dict.fromkeys(ranges, 0.0)
-    for name, width in _widths(values, 0.0).items():
+    for name, width in _widths(values, {}).items():
         slopes = figures[name].slopes
         steep = sum(abs(float(slope.mid())) * float(ranges[k]) for k, slope in slopes.items())
         for k, slope in slopes.items() if width > _NARROW and steep else ():
@@ -640,12 +650,15 @@ def _moving(
     ratio, last, *speeds = over_balls(numbers, len(wanted))(zero, *columns)
     motions = Motions(structure, columns, near, *fineness)
     wheel = balls.exact(near.wheel) if scene.inertia is None else last * ratio**2
+    ends = list[tuple[Any, Speeds]]()
     if asked is not None and near.wheel > 0.0:
-        wheel = motions.for_irregularity(last, *speeds)
-    sides = motions.between
-    unknown = motions.balance(wheel, *speeds) if speeds else zero
+        wheel, ends = motions.for_irregularity(last, *speeds)
+    if speeds:
+        ends.append(motions.balance(wheel, *speeds))
+    unknown = ends[-1][0] if speeds else zero
     found = motions.at(wheel, unknown)
-    if not all(found.start.contains(start) for start in (*sides, *motions.between)) or (speeds and not motions.effect):
+    one = all(found.start.contains(each.start) and unknown.contains(own) for own, each in ends)
+    if not one or (speeds and not motions.effect):
         raise UnprovenError("that the motions on both sides belong to one")
     figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
     figures |= {"speed": speeds[0], "balance.value": unknown} if speeds else {"speed": found.level}

@@ -204,9 +204,9 @@ def outside(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
 
 
 def rounding_of_swing(sizing: Sizing) -> float:
-    """The reference's own rounding of a speed, over what varies of it: of seed 30000036 with 2e-7, 5e-13."""
+    """The reference's own rounding of a speed, over what varies of it: of seed 30000036 with 2e-7, 5e-13; all of nothing."""
     varies = 0.0 if sizing.run is None else sizing.run.irregularity
-    return float(regimes.EPS / varies) if varies else 0.0
+    return float(regimes.EPS / varies) if varies else float(sizing.run is not None)
 
 
 def scale_of(sizing: Sizing, true: dict[str, Any]) -> Any:

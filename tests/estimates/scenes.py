@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from random import Random
 from typing import Any
 
@@ -216,3 +217,71 @@ def _asked(draw: Draw, scene: Scene, work: float, speed: float) -> None:
     else:
         eps = max(eps, 1e-4) if draw.random() < 0.7 else eps
         scene["flywheel"] = {"on": on, "inertia": short(work / (min(eps, 0.3) * speed**2) / ratio**2 * log(draw, 0.3, 10))}
+
+
+# -- scenes written otherwise ------------------------------------------------------------------------------------------
+
+_UNITS = {"length": ("mm", 1000), "offset": ("mm", 1000), "com": ("mm", 1000), "mass": ("g", 1000)}
+_UNITS |= {"inertia": ("g*m^2", 1000), "torque": ("N*mm", 1000), "force": ("mN", 1000), "starting_torque": ("N*mm", 1000)}
+_SIZES = ("mass", "inertia", "torque", "force", "starting_torque", "stiffness", "coefficient")
+_FACTOR, _TURN = 3, 37  # of a scaled scene; deg, of a turned one
+
+
+def in_other_units(scene: Any, key: str = "") -> Any:
+    """The scene with lengths, masses, inertias, forces and torques in other units, digit by digit."""
+    if isinstance(scene, dict):
+        return {name: in_other_units(value, name) for name, value in scene.items()}
+    if isinstance(scene, list):
+        return [in_other_units(value, key) for value in scene]
+    if key in _UNITS and type(scene) in (int, float):
+        unit, share = _UNITS[key]
+        return f"{Decimal(repr(scene)) * share:f} {unit}"
+    return scene
+
+
+def in_another_order(scene: Any) -> Any:
+    """The scene with its tables, loads, mechanisms, bodies and joints the other way round."""
+    if isinstance(scene, dict):
+        return {name: in_another_order(value) for name, value in reversed(scene.items())}
+    if isinstance(scene, list) and all(isinstance(value, dict) for value in scene):
+        return [in_another_order(value) for value in reversed(scene)]
+    return scene
+
+
+def scaled(scene: Any, key: str = "") -> Any:
+    """The scene with three times its masses, forces and torques."""
+    if isinstance(scene, dict):
+        changed = {
+            name: scaled(value, "inertia" if key == "inertia" and name == "value" else name) for name, value in scene.items()
+        }
+        if key == "load" and "table" in scene:
+            changed["table"] = {**scene["table"], "value": [_times(value) for value in scene["table"]["value"]]}
+        return changed
+    if isinstance(scene, list):
+        return [scaled(value, key) for value in scene]
+    if key in _SIZES and scene != "balance":
+        return _times(scene)
+    return scene
+
+
+def _times(value: Any) -> Any:
+    return f"{_FACTOR}*({value})" if isinstance(value, str) else float(Decimal(repr(value)) * _FACTOR)
+
+
+def factors_of_scaled(scene: Scene) -> dict[str, int]:
+    """By how much every figure of it is larger."""
+    unchanged = dict.fromkeys(("speed", "simulation.irregularity", "simulation.speed_max", "simulation.speed_min"), 1)
+    return unchanged | ({"balance.value": 1} if "parameters" in scene else {})
+
+
+def turned(scene: Scene) -> Scene | None:
+    """The scene with its crank turned against its mechanism; None where loads follow the angle of the crank."""
+    mechanism = scene.get("mechanism")
+    plain = {"on", "torque", "every", "motor"}
+    on_shafts = [load for load in (*scene["load"], scene["drive"]) if load["on"] in ("crank", *scene.get("shafts", {}))]
+    if not isinstance(mechanism, dict) or any(
+        not load.keys() <= plain or "phi" in str(load.get("torque")) for load in on_shafts
+    ):
+        return None
+    phase = Decimal(mechanism.get("phase", "0 deg").split()[0]) + _TURN
+    return {**scene, "mechanism": {**mechanism, "phase": f"{phase} deg"}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ import flywheel
 from tests.estimates import checking
 from tests.estimates.__main__ import SPAN, summary
 from tests.estimates.checking import Outcome, Row, outcome
-from tests.estimates.scenes import scene_of
+from tests.estimates.scenes import factors_of_scaled, in_another_order, in_other_units, scaled, scene_of, turned
 from tests.extras import extra
 from tests.limits import sample
 
@@ -76,6 +77,34 @@ def test_true_values_lie_in_their_proven_intervals(seed: int) -> None:
     found = outcome(seed, "proof")
     assert found.proven
     assert found.faults == ()
+
+
+def intervals(scene: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert found is not None
+    assert found.figures
+    return found.figures
+
+
+@pytest.mark.parametrize("seed", sample((44000000, 44000001, 44000003, 44000004), 3))
+def test_intervals_of_a_scene_that_is_scaled_turned_and_reordered_overlap(seed: int) -> None:
+    extra("flint")
+    scene = scene_of(seed)
+    before, factors = intervals(scene), factors_of_scaled(scene)
+    changed = [in_other_units(scene), in_another_order(scene), scaled(scene), turned(scene)]
+    for k, other in enumerate(changed):
+        after = {} if other is None else intervals(other)
+        for key in after.keys() if k < 3 else after.keys() - {"accumulated_max", "accumulated_min"}:
+            low, high = (Fraction(end) * (factors.get(key, 3) if k == 2 else 1) for end in before[key])
+            assert low <= Fraction(after[key][1]), (k, key)
+            assert Fraction(after[key][0]) <= high, (k, key)
+
+
+@pytest.mark.parametrize("seed", sample((41000016, 41000029, 41000043, 41000008), 4))
+def test_every_proven_interval_is_narrow_or_contains_zero(seed: int) -> None:
+    proven = extra("flywheel.sizing.proof").proven
+    for low, high in proven(flywheel.load(scene_of(seed))).figures.values():
+        assert high - low <= 1e-12 * max(abs(low), abs(high)) or low <= 0.0 <= high
 
 
 @pytest.mark.parametrize("seed", sample(FOUND, 10))

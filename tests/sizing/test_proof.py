@@ -797,12 +797,74 @@ def test_an_open_branch_has_the_hull_of_both_sides(chosen: Any) -> None:
         assert difference.contains(0)
 
 
+def test_a_motion_that_does_not_vary_is_proven_to_be_even() -> None:
+    found = sized(
+        {"load": [{"on": "crank", "torque": "-0.5*omega**2"}], "drive": {"torque": 50}, "flywheel": {"inertia": 3}}
+    )
+    low, high = found.figures["simulation.irregularity"]
+    assert low <= 0.0 <= high < 1e-16
+
+
+def test_figures_close_to_zero_are_as_narrow_as_all_others() -> None:
+    """The exact flywheel is 7e-11 of the whole inertia that is required: the crank has almost all of it."""
+    rotor = {
+        "inertia": [{"on": "crank", "value": "3.18297128 kg m^2"}],
+        "load": [{"on": "crank", "torque": "10 N m", "from": 0, "to": "180 deg"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": "10 rad/s"},
+        "flywheel": {"irregularity": 0.04935},
+    }
+    low, high = proven(rotor).figures["flywheel.exact"]
+    assert 0.0 < high - low <= WIDEST * low
+    assert high < 1e-9
+
+
+def test_a_machine_without_fluctuation_is_proven_to_need_no_flywheel() -> None:
+    rotor = {"inertia": [{"on": "crank", "value": 1.398}], "load": [{"on": "crank", "torque": "-8.448"}]}
+    found = proven({**rotor, "drive": {"torque": "balance"}, "regime": {"speed": 0.3}, "flywheel": {"irregularity": 0.01}})
+    low, high = found.figures["flywheel.exact"]
+    assert low <= 0.0 <= high < 1e-12
+    assert found.figures["balance.value"][0] <= 8.448 <= found.figures["balance.value"][1]
+
+
+def test_the_least_of_a_function_whose_minimum_is_flat_is_enclosed() -> None:
+    """Its least is 0 at -0.1, of fourth order, by polynomials about 0.2."""
+    flint = extra("flint")
+    with balls.precision(128, 24):
+        flat = flint.arb_poly([flint.arb("0.3"), 1]) ** 4 * flint.arb_poly([2, flint.arb("0.7"), 1, -1])
+        curve = balls.Curve(flint.arb(-1), flint.arb(1), -flat, -flat.derivative())
+        greatest = balls.greatest([curve], 1e-24)
+    assert greatest.contains(0)
+    assert float(greatest.rad()) < 1e-23
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_function_of_which_a_part_is_not_finite_has_no_greatest_value(order: int) -> None:
+    flint = extra("flint")
+    curves = [
+        balls.Curve(flint.arb(-1), flint.arb(1), flint.arb_poly([own, 1]), flint.arb_poly([own])) for own in (1, "nan")
+    ]
+    with pytest.raises(balls.UnprovenError, match="an extreme that stays open"):
+        balls.greatest(curves[::order], 1e-3)
+
+
+@pytest.mark.parametrize("number", [3.2568879938186406e-13, 6283185307179.587])
+def test_a_number_with_roundings_is_no_multiple_of_pi_for_its_size(number: float) -> None:
+    with pytest.raises(balls.UnprovenError, match="with roundings"):
+        balls.constant(number)
+
+
 NEAR = enclosures.Motion(3.0, 0.0, 10.33341290682974, 0.08)
 
 
 @pytest.mark.parametrize(
     ("torque", "reason"),
-    [("-15 if omega > 10 else -14", "a torque that may jump at a speed, at 1."), ("-15 if omega > 9 else -14", "")],
+    [
+        ("-15 if omega > 10 else -14", "a torque that may jump at a speed, at 1."),
+        ("-15 if omega > 9 else -14", ""),
+        ("-15 + (omega > 10)", "a torque that may jump at a speed, at 1."),
+        ("-15 if max(omega - 10, 0) else -14", "a torque that may jump at a speed, at 1."),
+    ],
 )
 def test_a_torque_that_jumps_at_a_speed_is_proven_on_one_side_of_it_alone(torque: str, reason: str) -> None:
     scene = {**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) - 0.36*omega**2 + {torque}"}]}
