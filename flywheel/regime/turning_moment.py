@@ -215,27 +215,26 @@ def assembled(
     tails, of_whole = cells.truncation(series)
     by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[..., 0]
     inside = by_cell * (1.0 - of_whole[:2])
-    whole, left_inside = (by_cell - inside).sum(axis=-1), two_largest(inside)
     peaks = np.abs(values[1:]).max(axis=-1)
     inertias = tails[2] + INERTIA_ROUNDING * peaks[1] + 2 * ROUNDING * mesh.edges[..., -1:] * peaks[0]
-    exchanged, slope_exchanged = (cells.number(row) for row in cells.total(values[3:], mesh.half))
     # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
-    rows, angles = (each.reshape(*each.shape[:-2], -1) for each in (values[:2], mesh.phi))
-    swings = rows[..., 1:] - rows[..., :-1]
-    by_chance = BY_ANGLES * np.hypot.reduce(swings * angles[..., 1:], axis=-1)
-    anywhere, rounding = whole + SHIFT * np.abs(swings).sum(axis=-1), MOMENT_ROUNDING * exchanged
-    net = cells.number(rounding + anywhere[0] + by_chance[0])
-    work = cells.number(spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0]))
-    rounding, gap = MOMENT_ROUNDING * slope_exchanged, np.abs(start[1, ..., -1])
-    variation = cells.number(0.5 * (rounding + anywhere[1] + gap) + 0.5**0.5 * by_chance[1] + left_inside[1])
+    rows = values[:2].reshape(*values[:2].shape[:-2], -1)
+    swings = np.zeros_like(rows)  # to each node from the one before it
+    np.subtract(rows[..., 1:], rows[..., :-1], out=swings[..., 1:])
+    swings = swings.reshape(values[:2].shape)
+    chance = BY_ANGLES * np.hypot.reduce(swings * mesh.phi, axis=-1)
+    each, rounded = by_cell - inside + SHIFT * np.abs(swings).sum(axis=-1), cells.integral(values[3:], mesh.half)
     parts = None
     if shares is not None:
-        moved = np.diff(rows, axis=-1, prepend=rows[..., :1]).reshape(2, *mesh.phi.shape)
-        chance = BY_ANGLES * np.hypot.reduce(moved * mesh.phi, axis=-1)
-        each = (
-            by_cell - inside + SHIFT * np.abs(moved).sum(axis=-1) + MOMENT_ROUNDING * cells.integral(values[3:], mesh.half)
-        )
-        parts = np.stack((each[0], chance[0], each[1], chance[1], shares))
+        systematic = each + MOMENT_ROUNDING * rounded
+        parts = np.stack((systematic[0], chance[0], systematic[1], chance[1], shares))
+    anywhere, by_chance, left_inside = each.sum(axis=-1), np.hypot.reduce(chance, axis=-1), two_largest(inside)
+    exchanged, slope_exchanged = (cells.number(row) for row in rounded.sum(axis=-1))
+    rounding, gap = MOMENT_ROUNDING * exchanged, np.abs(start[1, ..., -1])
+    net = cells.number(rounding + anywhere[0] + by_chance[0])
+    work = cells.number(spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0]))
+    of_inertia = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + gap)
+    variation = cells.number(of_inertia + 0.5**0.5 * by_chance[1] + left_inside[1])
     by_cell[0] *= np.asarray(spread[0])[..., None]
     inside[0] *= np.asarray(spread[0])[..., None]
     return Cycle(
