@@ -24,6 +24,10 @@ from flywheel.scene.scene import Load, Scene, Spring, Table
 Array = NDArray[np.float64]
 
 
+POSITION = frozenset({"phi", "x", "v"})
+"""Names by which a law reads where its place is, or which way it goes."""
+
+
 class Place(NamedTuple):
     """Place at which an effort acts: its 1-junction, its displacement, and the angle for its windows and `phi`.
 
@@ -161,6 +165,12 @@ class Effort:
         self.depends_on_unknown = load.law is None or self._unknown is not None
         self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
         self.uses_time = isinstance(load.law, Expression) and load.law.uses_time
+
+    @property
+    def reads_position(self) -> bool:
+        """Tests whether its expression reads where its place is, or which way it goes: v of a shaft is its speed alone."""
+        names: frozenset[str] = getattr(self._law, "names", frozenset())
+        return bool(POSITION & (names - {"v"} if self.place.shaft and self.uses_speed else names))
 
     @cached_property
     def senses(self) -> Senses | None:

@@ -58,7 +58,6 @@ DRIVE = "drive."  # how the names of the drive's elements begin
 FLYWHEEL = "the flywheel"  # whose part its inertia is
 FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
-POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its place is, or which way it goes
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
@@ -400,7 +399,7 @@ class Machine:
         edges = self.breakpoints
         for effort in self.efforts:
             law, lo, hi = effort.load.law, edges[:-1], edges[1:]
-            if not isinstance(law, Expression) or not (POSITION & law.names or self._infinite(effort)):
+            if not isinstance(law, Expression) or not (effort.reads_position or self._infinite(effort)):
                 continue
             middle = 0.5 * (lo + hi)
             active = np.broadcast_to(effort.active(Here(effort.place.rate * middle, None, np)), lo.shape)
@@ -436,10 +435,11 @@ class Machine:
 
     @cached_property
     def _geometry(self) -> bytes:
-        """A digest of what decides where places reverse: mechanisms without masses, the parameters that their laws read."""
+        """A digest of what decides where places reverse: mechanisms without masses, their shafts, what their laws read."""
         scene = self.scene
         mechanisms = [mechanism.unweighed() for mechanism in scene.mechanisms]
-        parts: list[Any] = [mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
+        shafts = [scene.shafts[mechanism.shaft] for mechanism in mechanisms]
+        parts: list[Any] = [mechanisms, shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
         laws = [output.law for mechanism in scene.mechanisms for output in mechanism.outputs]
         named = frozenset[str]().union(*(law.names for law in laws if isinstance(law, Expression)))
         parts += sorted((name, value) for name, value in scene.parameters.items() if name in named)
@@ -450,10 +450,12 @@ class Machine:
         """A digest of what decides breakpoints and landmarks: machines with equal ones have equal ones."""
         parts: list[Any] = [self._geometry, self.friction]
         for effort in self.efforts:
-            law = effort.load.law
-            plain = effort.load._replace(law=None, model="", quantities=(), factor=1.0)
-            parts.append(effort.load if isinstance(law, Table) else plain)
-            if isinstance(law, Expression) and POSITION & law.names:
+            law, place, load = effort.load.law, effort.place, effort.load
+            free = effort.always and isinstance(law, Expression) and not effort.reads_position
+            load = load if isinstance(law, Table) else load._replace(law=None, model="", quantities=(), factor=1.0)
+            parts += [load._replace(every=0.0), 0.0 if free else load.every, 0.0 if free else place.rate]
+            parts += [place.rate / load.every, place.phase / load.every]  # a period may break all the same
+            if isinstance(law, Expression) and effort.reads_position:
                 used = sorted((name, value) for name, value in effort.constants.items() if name in law.names)
                 parts += [law.tree, used, self.typical_speed if effort.uses_speed else None]
             elif isinstance(law, Expression):

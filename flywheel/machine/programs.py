@@ -36,8 +36,8 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.machine.loads import Effort, at_speeds, moving_switches
-from flywheel.machine.machine import DRIVE, POSITION, WIDEST, Anchor, Angles, Machine, circuit_of
+from flywheel.machine.loads import POSITION, Effort, at_speeds, moving_switches
+from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, circuit_of
 from flywheel.numerics import expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression

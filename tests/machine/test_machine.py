@@ -403,6 +403,35 @@ def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, rati
     assert (np.sign(gain) == senses.at(phi))[apart].all()
 
 
+@pytest.mark.parametrize("number", ["ratio", "rod"])
+def test_a_shafts_ratio_moves_no_angles_of_loads_and_mechanisms_on_other_shafts(number):
+    """A slider's force begins at a position, a loss on the crank reads its speed: a motor's ratio changes neither."""
+
+    def built(factor: float) -> flywheel.Machine:
+        return machine(
+            {
+                "shafts": {"motor": {"ratio": 2.0 * (factor if number == "ratio" else 1.0)}},
+                "mechanism": {
+                    "type": "slider-crank",
+                    "crank": {"length": 0.1},
+                    "rod": {"length": 0.4 * (factor if number == "rod" else 1.0)},
+                    "slider": {"mass": 5},
+                },
+                "load": [{"on": "slider", "force": "-900 if x > 0.45 else 0"}, {"on": "crank", "torque": "-2*v"}],
+                "drive": {"on": "motor", "motor": {"type": "line", "starting_torque": 300, "slope": 2}},
+                "flywheel": {"irregularity": 0.05},
+            }
+        )
+
+    first, second, third = built(1.0), built(1.0), built(1.1)
+    assert second.landmarks is first.landmarks
+    assert (third.landmarks is first.landmarks) == (number == "ratio")
+    for each, rod in (first, 0.4), (third, 0.44 if number == "rod" else 0.4):
+        angles = each.breakpoints
+        reached = 0.1 * np.cos(angles) + np.sqrt(rod**2 - (0.1 * np.sin(angles)) ** 2)
+        assert np.abs(reached - 0.45).min() <= 1e-12
+
+
 def test_switches_of_an_expression_become_breakpoints():
     load = [{"on": "crank", "torque": "-5*max(sin(phi), 0.5) - (3 if phi < 2 else 1)"}]
     result = machine(scenes.rotor(load=load)).breakpoints
