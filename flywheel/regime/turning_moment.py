@@ -28,6 +28,7 @@ _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one 
 _MOST_FOR_BALANCE = 2_000  # cells added to the machine's own mesh for the last digit of a balance
 _MOST_FOR_PERIOD = 4_000  # cells for the time of a cycle, in addition to those of the cycle itself
 _MOST_STEPS = 60  # of the search for an irregularity
+_ONE_SIGN = 1e-12  # of the effect of a balance: if no more of it has the other sign, it has one
 _CELL_END = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
@@ -128,10 +129,8 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     values[3] += abs(balance) * size
     share = abs(balance) * of_sizes / max(float(cells.total(values[3], mesh.half)), 1e-300)
     spread = spread_of(effect, of_sizes), spread_of(effect, of_sizes, share)
-    shares = cells.integral(by_unknown, mesh.half) / effect
-    return assembled(
-        mesh, values[:5], balance, by_unknown=effect, spread=spread, shares=None if (shares < 0.0).any() else shares
-    )
+    shares = cells.integral(by_unknown, mesh.half) / effect if of_sizes <= (1.0 + _ONE_SIGN) * abs(effect) else None
+    return assembled(mesh, values[:5], balance, by_unknown=effect, spread=spread, shares=shares)
 
 
 def spread_of(effect: Any, of_sizes: Any, share: Any = 0.0) -> Any:
@@ -206,7 +205,7 @@ def assembled(
         by_unknown: the integral of dM*/du over the cycle, by which the error of the balance follows from that of the net
             work.
         spread: see `spread_of_closing`.
-        shares: of the integral of dM*/du in each cell, if none is negative; 0 without an unknown.
+        shares: of the integral of dM*/du in each cell, if that has one sign; 0 without an unknown.
 
     """
     series = cells.fit(values[:3])

@@ -79,6 +79,26 @@ def test_tails_are_never_below_the_true_error(sharpness):
     assert abs(integrals - exact) <= bound + 1e-14
 
 
+@pytest.mark.parametrize("pole", [1.12, 1.2, 1.3, 1.5, -1.15, -1.4])
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_whole_cell_keeps_no_more_of_a_truncation_than_its_share(pole, power):
+    """The integral of (pole - t)^-n over [-1, 1], whose coefficients fall by the same share from pair to pair."""
+    mesh = cells.cells(np.array([-1.0, 1.0]))
+    series = cells.fit((pole - mesh.phi) ** -power)
+    error, share = cells.truncation(series)
+    ends = np.array([pole - 1.0, pole + 1.0])
+    true = np.log(ends[1] / ends[0]) if power == 1 else 1.0 / ends[0] - 1.0 / ends[1]
+    missed = abs(float(cells.accumulated(cells.antiderivative(series, mesh.half))[-1]) - true)
+    assert missed <= float((share * cells.TAIL_OF_INTEGRAL * error)[0]) + 1e-14 * abs(true)
+    assert share[0] < 0.05
+
+
+def test_a_series_that_hardly_decays_has_no_share_less_than_the_whole():
+    """A corner."""
+    mesh = cells.cells(np.array([-1.0, 1.0]))
+    assert float(cells.truncation(cells.fit(np.abs(mesh.phi - 0.3)))[1][0]) == pytest.approx(1.0)
+
+
 def test_crossings_find_roots_jumps_and_the_ends_of_zero_stretches():
     mesh = cells.cells(np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0]))
     phi = mesh.phi

@@ -101,6 +101,70 @@ def test_a_balance_spreads_errors_of_the_moment_by_no_more_than_its_factor(offse
     assert factor == pytest.approx(1.0) if offset > 1.0 else worst > 1.2
 
 
+def spread_by_its_share(own, others):
+    """The worst of |1 - s| r + |s| (1 - r) over all intervals of cells, and the bound of it."""
+    exchanged = np.abs(own) + others
+    share, all_work = (np.concatenate(([0.0], np.cumsum(row / row.sum()))) for row in (own, exchanged))
+    s, r = (row[None, :] - row[:, None] for row in (share, all_work))
+    worst = np.triu(np.abs(1 - s) * r + np.abs(s) * (1 - r)).max()
+    return worst, turning_moment.spread_of(own.sum(), np.abs(own).sum(), np.abs(own).sum() / exchanged.sum())
+
+
+@pytest.mark.parametrize("lean", [0.3, 1.0, 4.0])
+def test_a_balance_spreads_rounding_by_no_more_than_its_share_allows(lean):
+    draw = np.random.default_rng(5)
+    for _ in range(300):
+        own = draw.normal(size=12) + draw.choice([-1.0, 1.0]) * lean
+        worst, factor = spread_by_its_share(own, draw.exponential(size=12) ** draw.integers(1, 6))
+        assert worst <= factor * (1 + 1e-12)
+
+
+def test_the_worst_share_of_rounding_is_the_bound_itself():
+    """A balance that does half of all the work evenly, against a load in one place: 3/4 of the cycle, without that."""
+    worst, factor = spread_by_its_share(np.ones(12), 12.0 * (np.arange(12) == 11))
+    assert worst == pytest.approx(factor) == pytest.approx(9 / 16)
+
+
+def coarsely(scene, edges):
+    """The exact flywheel's figures on given cells."""
+    machine = Machine(flywheel.load(scene))
+    cycle = turning_moment.resolve(machine, edges)
+    return cycle, wittenbauer.figures_of(cycle, machine.scene.speed, machine.scene.irregularity)
+
+
+@pytest.mark.parametrize("middle", [1.6, 2.6, 4.7])
+@pytest.mark.parametrize("balanced", [True, False])
+def test_a_cell_without_an_extreme_hardly_counts_but_covers_its_error(middle, balanced):
+    """A peak of the load in one of six cells: wherever it lies, the estimate covers what it adds."""
+    peak = f"-20*exp(-((phi - {middle})/0.22)**2)"
+    even = f"{20 * 0.22 * pi**0.5 / (2 * pi)}"
+    load = [{"on": "crank", "torque": f"30*sin(phi)*(1 + 0.3*cos(phi)) {peak}" + ("" if balanced else f" + {even}")}]
+    scene = scenes.rotor(load=load, drive={"torque": "balance" if balanced else 0}, accuracy={"closure": 1e-3})
+    _, true = coarsely(scene, np.linspace(0.0, 2 * pi, 97))
+    cycle, found = coarsely(scene, np.linspace(0.0, 2 * pi, 7))
+    assert abs(found.total - true.total) <= found.error + true.error
+    assert not balanced or found.error > 1e3 * true.error
+    cell, ends = int(middle // (pi / 3)), (found.extremes.angle_greatest[1], found.extremes.angle_least[2])
+    share = found.error * found.irregularity * found.speed**2 / cycle.errors.work
+    assert share < 0.1 if all(cell != int(place // (pi / 3)) for place in ends) else not balanced or share > 0.9
+
+
+def test_cells_in_which_extremes_may_lie_count_on_both_sides():
+    """Errors of 1, 2, 4 ... J in six cells: the greatest somewhere in the second, the least where the fourth ends."""
+    mesh = piecewise.cells(np.arange(7.0))
+    values = np.stack([mesh.phi - 3.0, 0 * mesh.phi, 1 + 0 * mesh.phi, 0 * mesh.phi, 0 * mesh.phi])
+    cycle = turning_moment.assembled(mesh, values, None)
+    parts = np.stack((2.0 ** np.arange(6), *np.zeros((3, 6)), np.full(6, 1 / 6)))
+    cycle = cycle._replace(errors=cycle.errors._replace(work=100.0, inside=np.zeros((2, 6)), parts=parts))
+    extremes = turning_moment.combined(cycle, np.array([[1.0, 0.0]]))[0]
+    extremes = extremes._replace(greatest_error=np.zeros(1), least_error=np.ones(1), spans=np.array([[[1, 2], [4, 4]]]))
+    between, beyond, share = 2 + 4 + 8, 1 + 2 + 16 + 32, 3 / 6
+    found = turning_moment.error_of_difference(cycle, extremes, (0, 0), (0.0, 0.0))
+    assert found == pytest.approx((1 - share) * between + share * beyond + 1)
+    same = extremes._replace(spans=np.array([[[1, 4], [2, 3]]]))  # both may lie in the same cells
+    assert turning_moment.error_of_difference(cycle, same, (0, 0), (0.0, 0.0)) == pytest.approx(101.0)
+
+
 def test_the_exam_of_p103():
     slow = sized(scenes.yoke())
     assert slow.balance.value == pytest.approx(500 / np.pi, rel=1e-14)
