@@ -15,7 +15,6 @@ from pathlib import Path
 
 import flywheel
 from flywheel.designs.optimum import Optimum
-from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import columns
 from flywheel.pictures import designs as picture
 
@@ -44,7 +43,7 @@ def row(power: float, irregularity: float) -> tuple[str, ...]:
     scene = flywheel.load(SCENE).with_({MOTOR: power, IRREGULARITY: irregularity})
     try:
         sizing = flywheel.size(scene, 1e-8, simulate=False)
-    except SceneError as error:
+    except flywheel.SceneError as error:
         return (f"{power:.0f}", f"{irregularity:.4f}", str(error)[:60], "", "", "", "")
     assert sizing.built is not None
     mass, holes = sizing.built.wheel.mass, 30 * sizing.speed / pi

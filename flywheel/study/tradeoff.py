@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -230,6 +232,8 @@ def methods(question: Question) -> list[Method]:
     for rtol in () if own else _TOLERANCES[1:]:
         call = partial(_collocated, question, rtol)
         first.append(Method(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol))
+    if find_spec("flint") is not None:
+        import_module("flywheel.sizing.proof")  # before its time is taken
     first.append(Method(PROOF, "", "proof", partial(_proven, question), promised=WIDTH))
 
     def stepped(
