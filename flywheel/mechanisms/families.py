@@ -11,7 +11,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
@@ -620,6 +620,7 @@ class Ends(NamedTuple):
 
 
 _MOST_PORTS = 64  # whose ends are kept
+_ends: dict[bytes, Ends] = {}  # of ports, by what they depend on
 
 
 def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
@@ -642,16 +643,14 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
 
     """
     recorded = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
-    if not recorded:
-        return _plain_ends(pickle.dumps((mechanism.unweighed(), port, dict(parameters))))
-    return _reversals(mechanism, port, parameters, recorded)
-
-
-@lru_cache(maxsize=_MOST_PORTS)
-def _plain_ends(arguments: bytes) -> Ends:
-    """The ends of a port by its mechanism, name and parameters, pickled: mechanisms themselves have no hash."""
-    mechanism, port, parameters = pickle.loads(arguments)
-    return _reversals(mechanism, port, parameters, [])
+    if recorded:
+        return _reversals(mechanism, port, parameters, recorded)
+    key = pickle.dumps((mechanism.unweighed(), port, dict(parameters)))  # mechanisms themselves have no hash
+    ends = _ends[key] if key in _ends else _reversals(mechanism, port, parameters, [])
+    _ends[key] = ends
+    for oldest in list(_ends)[:-_MOST_PORTS]:
+        _ends.pop(oldest, None)
+    return ends
 
 
 def _reversals(mechanism: Mechanism, port: str, parameters: Mapping[str, float], recorded: list[Any]) -> Ends:

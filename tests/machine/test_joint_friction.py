@@ -132,7 +132,7 @@ def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.Monke
 
 @cache
 def steady(mu: float, eps: float) -> flywheel.Sizing:
-    return flywheel.size(flywheel.load(crank_press(mu, flywheel={"irregularity": eps})), simulate=False)
+    return flywheel.size(flywheel.load(crank_press(mu, flywheel={"irregularity": eps})), 1e-11, simulate=False)
 
 
 @pytest.mark.slow
