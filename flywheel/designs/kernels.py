@@ -30,7 +30,6 @@ from flywheel.designs.batch import (
     NO_EFFECT,
     POINTS,
     ROOT_RANGE,
-    SLOW,
     TAIL_SHARE,
     TORQUE,
     WORK,
@@ -197,12 +196,12 @@ _ROWS = np.cumsum([0, *(_WIDTHS.get(name, 1) for name in Sums._fields)]).tolist(
 (_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST, _OF_NET) = _ROWS[:10]
 (_GREATEST, _LEAST, _APART, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT) = _ROWS[10:]
 # rows of LANES numbers that belong to one cell
-(_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CUT, _CELL) = (
-    k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16, 18)
+(_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CELL) = (
+    k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16)
 )
 # and to the whole cycle: sums over cells, and the values at the last node
-(_SHIFTED, _INSIDE, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _WHOLE, _SECOND, _CYCLE) = (
-    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14, 16, 18)
+(_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _SWING, _CYCLE) = (
+    k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12, 14)
 )
 # and to a block of roots, after three series with two zeros beyond each
 _TERMS = ORDER + 2
@@ -245,7 +244,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
 
 
 @_compiled
-def fitted(v: Any, s: Any, w: Any, c: Any, folded: Any) -> None:
+def fitted(v: Any, s: Any, w: Any, folded: Any) -> None:
     """Series of M*, dI*/dphi and I* on one cell, their values at its ends, and the errors of the interpolants.
 
     Even coefficients follow from sums of values at ±t, odd ones from differences.
@@ -276,12 +275,7 @@ def fitted(v: Any, s: Any, w: Any, c: Any, folded: Any) -> None:
             first_pair = max(abs(s[last + i]), abs(s[last + _L + i]))
             second = max(abs(s[last + 2 * _L + i]), abs(s[last + 3 * _L + i]))
             third = max(abs(s[last + 4 * _L + i]), abs(s[last + 5 * _L + i]))
-            error, of_whole = _tail(first_pair, second, third)
-            w[_TAILS + row * _L + i] = error
-            if row < 2:
-                cut = TAIL_OF_INTEGRAL * error * w[_HALF + i]
-                w[_CUT + row * _L + i] = cut * (1.0 - of_whole)
-                c[_WHOLE + row * _L + i] += cut * of_whole
+            w[_TAILS + row * _L + i], _ = _tail(first_pair, second, third)
     for i in range(_L):
         left, right = v[2 * _P * _L + i], v[(3 * _P - 1) * _L + i]
         w[_LOW + i], w[_HIGH + i] = min(left, right), max(left, right)
@@ -308,9 +302,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
                 total += _WEIGHTS[node] * value
             w[_NOISE + own + i] += 32 * ROUNDING * most
             c[_SIZE + own + i] += total * w[_HALF + i]
-            cut, first_cut = w[_CUT + own + i], c[_INSIDE + own + i]
-            c[_SECOND + own + i] = max(c[_SECOND + own + i], min(cut, first_cut))
-            c[_INSIDE + own + i] = max(cut, first_cut)
+            c[_CUT + own + i] += TAIL_OF_INTEGRAL * w[_TAILS + own + i] * w[_HALF + i]
         for i in range(_L):
             mean = 0.0
             for k in range(0, ORDER, 2):
@@ -354,7 +346,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         v, s, w = values[cell].reshape(-1), series[cell].reshape(-1), cellwise[cell].reshape(-1)
         for i in range(2 * _L):
             w[_START + i] = 0.0 if cell == 0 else cellwise[cell - 1, _STOP // _L + i // _L, i % _L]
-        fitted(v, s, w, c, folded)
+        fitted(v, s, w, folded)
         summed(v, s, w, c, cell == 0)
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
@@ -364,18 +356,12 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
         spread = out[_WORK_ERROR, i]
         of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
-        by_chance, rounding = BY_ANGLES * math.sqrt(c[_SHIFTED + i]), MOMENT_ROUNDING * c[_SIZE + i]
-        anywhere = c[_WHOLE + i] + SHIFT * c[_SWING + i]
-        out[_OF_NET, i] = rounding + anywhere + by_chance
-        out[_APART, i] = of_exchange * rounding + spread * (anywhere + by_chance)
-        out[_WORK_ERROR, i] = out[_APART, i] + spread * (c[_INSIDE + i] + c[_SECOND + i])
+        anywhere = c[_CUT + i] + SHIFT * c[_SWING + i] + BY_ANGLES * math.sqrt(c[_SHIFTED + i])  # all of every cell
+        out[_OF_NET, i] = MOMENT_ROUNDING * c[_SIZE + i] + anywhere
+        out[_WORK_ERROR, i] = of_exchange * MOMENT_ROUNDING * c[_SIZE + i] + spread * anywhere
         k = _L + i
-        anywhere = c[_WHOLE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
-        by_chance = math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
-        out[_APART + 1, i] = 0.5 * (MOMENT_ROUNDING * c[_SIZE + k] + anywhere) + by_chance
-        out[_VARIATION, i] = out[_APART + 1, i] + c[_INSIDE + k] + c[_SECOND + k]
-        for cell in range(number):
-            cellwise[cell, _CUT // _L, i] *= spread
+        once = MOMENT_ROUNDING * c[_SIZE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
+        out[_VARIATION, i] = c[_CUT + k] + 0.5 * once + math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
 
@@ -520,7 +506,8 @@ def compared(
             w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
             w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
     out[_GREATEST:_LEAST], out[_LEAST:_APART] = best[:, 0, 0], 0.0 - best[:, 1, 0]
-    parted(cellwise, factors, where, between, outcome, best, out)
+    for k, function in enumerate((WORK, FAST, TORQUE)):  # wherever in their cells the extremes lie
+        out[_APART + k] = out[_WORK_ERROR] + np.abs(factors[function]) * out[_VARIATION] * (function != WORK)
     for k in range(2):  # where rounding alone tells several extremes apart, which is the first is in doubt
         function, sign = FAST + k, 1.0 - 2.0 * k
         out[_MOVING + k] = best[function, k, 3]
@@ -549,39 +536,6 @@ def compared(
             error = w[_INERTIA // _L, i]
             out[_EXTENT + 2, i] = max(out[_EXTENT + 2, i], out[_EXTENT, i] - w[_LOW // _L, i] + error)
             out[_EXTENT + 3, i] = max(out[_EXTENT + 3, i], w[_HIGH // _L, i] - out[_EXTENT + 1, i] + error)
-
-
-@_compiled
-def parted(cellwise: Any, factors: Any, where: Any, between: Any, outcome: int, best: Any, out: Any) -> None:
-    """The errors of the differences between greatest and least values, from those at edges; see `batch.extremes_of`."""
-    number, work_at, variation_at, cut = cellwise.shape[0], _STOP // _L, _STOP // _L + 1, _CUT // _L
-    beyond = np.zeros((5, 2, _L))
-    for function in range(INERTIA):
-        for k in range(2):
-            sign, most, e = 1.0 - 2.0 * k, beyond[function, k], best[function, k, 0]
-            for cell in range(number):
-                after = min(cell + 1, number - 1)
-                for i in range(_L):
-                    size = abs(factors[function, i])
-                    left = cellwise[cell, cut, i] + size * cellwise[cell, cut + 1, i]
-                    right = cellwise[after, cut, i] + size * cellwise[after, cut + 1, i]
-                    value = cellwise[cell, work_at, i] + factors[function, i] * cellwise[cell, variation_at, i]
-                    most[i] = max(most[i], sign * value - e[i] + max(left, right))
-                    if cell == 0:  # at the first edge everything is 0
-                        most[i] = max(most[i], left - e[i])
-    for r in range(outcome):
-        function, cell, i = where[0, r], where[1, r], where[2, r]
-        if function < INERTIA:
-            value = between[0, r] + factors[function, i] * between[1, r]
-            inside = cellwise[cell, cut, i] + abs(factors[function, i]) * cellwise[cell, cut + 1, i]
-            for k in range(2):
-                off = (1.0 - 2.0 * k) * value - best[function, k, 0, i] + inside
-                beyond[function, k, i] = max(beyond[function, k, i], off)
-    for i in range(_L):
-        work, variation = out[_APART, i], out[_APART + 1, i]
-        out[_APART, i] = work + beyond[WORK, 0, i] + beyond[WORK, 1, i]
-        out[_APART + 1, i] = work + abs(factors[FAST, i]) * variation + beyond[FAST, 0, i] + beyond[SLOW, 1, i]
-        out[_APART + 2, i] = work + abs(factors[TORQUE, i]) * variation + beyond[TORQUE, 0, i] + beyond[TORQUE, 1, i]
 
 
 @_compiled
