@@ -96,8 +96,8 @@ class Cycles(NamedTuple):
     `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
     cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
     are the errors of W and of I* - I*(0), `net` that of the net work, `inertias` (cells, designs) that of I*, `tails` (2,
-    cells, designs) the truncation of the first two series, `by_cell` and `inside` its shares as in `CycleErrors`; `mean` is
-    that of I* with its error.
+    cells, designs) the truncation of the first two series, `by_cell`, `inside` and `left` its shares as in `CycleErrors`;
+    `mean` is that of I* with its error.
     """
 
     edges: Array
@@ -114,6 +114,7 @@ class Cycles(NamedTuple):
     tails: Array
     by_cell: Array
     inside: Array
+    left: Array
     exchanged: Array
     mean: Array
 
@@ -168,7 +169,7 @@ def summed_values(values: Array, givens: DesignValues, edges: Array) -> Sums:
         values[3] += np.abs(values[5])
         exchanged = (_times(_WEIGHTS, values[3:4])[0, 0] * half).sum(axis=0)
         share = np.abs(balance) * size / np.maximum(exchanged, 1e-300)
-        spread = turning_moment.spread_of(by_unknown, size), turning_moment.spread_of(by_unknown, size, share)
+        spread = turning_moment.spread_of(by_unknown, size, share)
     cycle = assembled(edges, values, spread)
     square, eps = givens.speed**2, givens.irregularity
     factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
@@ -207,11 +208,12 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycle
     variation += left_inside[1]
     by_cell[0] *= spread[0]
     inside[0] *= spread[0]
+    left_inside[0] *= spread[0]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
     mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
-    errors = work, variation, net, inertias, tails[:2], by_cell, inside
+    errors = work, variation, net, inertias, tails[:2], by_cell, inside, left_inside
     return Cycles(edges, middle, half, values[:2], series, start, noise, *errors, exchanged, mean)
 
 
@@ -263,8 +265,8 @@ def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array
     for high, low, factor in ((WORK, WORK, 0.0 * factors[0]), (FAST, SLOW, -factors[0]), (TORQUE, TORQUE, -factors[2])):
         inside = cycles.inside[0] + factor * cycles.inside[1]  # a place as great but for that may be greater
         beside = np.concatenate((inside[:1], np.maximum(inside[1:], inside[:-1]), inside[-1:]))
-        of_work, of_inertia = turning_moment.two_largest(cycles.inside.swapaxes(1, 2))
-        error = cycles.work - of_work + factor * (cycles.variation - of_inertia)
+        error = cycles.work - cycles.left[0] + factor * (cycles.variation - cycles.left[1])
+        error = error + np.abs(by_inertia[high] - by_inertia[low]) * cycles.variation
         for row, best, sign in ((high, greatest[high], 1.0), (low, least[low], -1.0)):
             beyond = (sign * (at_edges[row] - best) + beside).max(axis=0)
             own = which == row

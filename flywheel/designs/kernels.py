@@ -30,6 +30,7 @@ from flywheel.designs.batch import (
     NO_EFFECT,
     POINTS,
     ROOT_RANGE,
+    SLOW,
     TAIL_SHARE,
     TORQUE,
     WORK,
@@ -230,7 +231,7 @@ def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
             size[i] += c * w[_HALF + i]
     for i in range(_L):
         out[_BY_UNKNOWN, i] = own[i]
-        out[_WORK_ERROR, i] = _spread_of(own[i], size[i])
+        out[_WORK_ERROR, i], _ = _spread_of(own[i], size[i], 0.0)
         out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > NO_EFFECT * size[i] else np.nan
         net[i] = out[_BALANCE, i]
         out[_OF_NET, i] = abs(net[i]) * size[i]
@@ -355,7 +356,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
         out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
         spread = out[_WORK_ERROR, i]
-        of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
+        _, of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
         anywhere = c[_CUT + i] + SHIFT * c[_SWING + i] + BY_ANGLES * math.sqrt(c[_SHIFTED + i])  # all of every cell
         out[_OF_NET, i] = MOMENT_ROUNDING * c[_SIZE + i] + anywhere
         out[_WORK_ERROR, i] = of_exchange * MOMENT_ROUNDING * c[_SIZE + i] + spread * anywhere
@@ -507,7 +508,8 @@ def compared(
             w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
     out[_GREATEST:_LEAST], out[_LEAST:_APART] = best[:, 0, 0], 0.0 - best[:, 1, 0]
     for k, function in enumerate((WORK, FAST, TORQUE)):  # wherever in their cells the extremes lie
-        out[_APART + k] = out[_WORK_ERROR] + np.abs(factors[function]) * out[_VARIATION] * (function != WORK)
+        out[_APART + k] = out[_WORK_ERROR] + np.abs(factors[function]) * out[_VARIATION]
+    out[_APART + 1] += np.abs(factors[FAST] - factors[SLOW]) * out[_VARIATION]
     for k in range(2):  # where rounding alone tells several extremes apart, which is the first is in doubt
         function, sign = FAST + k, 1.0 - 2.0 * k
         out[_MOVING + k] = best[function, k, 3]

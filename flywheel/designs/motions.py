@@ -58,7 +58,7 @@ Start = Callable[..., State | None]
 
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _SPEED_STEPS = 60  # of Newton's method towards a constant speed, within its bracket
-_BESIDE = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
+_BEYOND = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behind a jump; halvings towards it
@@ -243,7 +243,7 @@ def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> 
     row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(targets.size)
     low, high, gained, lost = tried[row, design], tried[row + 1, design], before[row, design], after[row, design]
     start = low + (high - low) * gained / np.where(good, gained - lost, 1.0)
-    speed, unknown, solved = closed(moments, start, np.zeros_like(start), low * (1.0 - _BESIDE), high * (1.0 + _BESIDE))
+    speed, unknown, solved = closed(moments, start, np.zeros_like(start), low * (1.0 - _BEYOND), high * (1.0 + _BEYOND))
     return speed, unknown, good & solved
 
 
@@ -648,7 +648,7 @@ def _of_motion(
     inertia, balanced = state.inertia, givens.unknown
     by_cell, inside = (each.transpose(0, 2, 1) for each in (cycle.by_cell, cycle.inside))
     worst: Any = cycle.inertias.max(axis=0)
-    of_cycle: Any = (cycle.work, cycle.variation, worst, by_cell, inside, cycle.net, cycle.inertias.T)
+    of_cycle: Any = (cycle.work, cycle.variation, worst, by_cell, inside, cycle.left, cycle.net, cycle.inertias.T)
     own = motion_errors(solved, demand, CycleErrors(*of_cycle), inertia + cycle.inertia_at_start)
     by_stiffness, bound_by_stiffness = errors_by_stiffness(solved)
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness

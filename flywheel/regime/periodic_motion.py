@@ -41,7 +41,7 @@ from flywheel.regime.cycle_equations import (
     unevenness,
     with_inertia,
 )
-from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of, spread_of_closing, two_largest
+from flywheel.regime.turning_moment import Cycle, CycleErrors, Run, cycle_of, spread_of_closing, work_error
 
 UNSTABLE = 1e-12
 """1 less the multiplier of a cycle: below its negative a change grows from cycle to cycle beyond rounding."""
@@ -490,7 +490,7 @@ class _Search(NamedTuple):
                     if wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0])):
                         settled, motion = True, _with_work_error(motion, wrong)
                 sized = motion.inertia_error if self.demand.inertia is None else 0.0
-                error = max(motion.run.error, sized, motion.cycle.errors.work / max(motion.cycle.exchanged, 1e-300))
+                error = max(motion.run.error, sized, work_error(motion.cycle))
                 edges = motion.cycle.mesh.edges
                 if settled:
                     gained = best is None or error <= 0.9 * least
@@ -768,15 +768,15 @@ def kept_work(solved: Periodic, errors: CycleErrors, left: Any) -> Any:
     exchanged = cells.integral(solved.rate.exchanged, half)
     share = exchanged / np.maximum(exchanged.sum(axis=-1, keepdims=True), 1e-300)
     inside, made = errors.inside[0], errors.by_cell[0] - errors.inside[0]
-    made = made + np.asarray(work - two_largest(inside) - made.sum(axis=-1))[..., None] * share
+    made = made + np.asarray(work - errors.left[0] - made.sum(axis=-1))[..., None] * share
     fades = np.minimum(growth, -1e-9)
     fading = np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # of what is spread evenly over its cell
     made, inside = made * fading, inside * fading
-    left = np.exp(np.minimum(growth, 1.0))
+    grown = np.exp(np.minimum(growth, 1.0))
     kept: Any = 0.0 * work
     most = kept
     for k in [*range(half.shape[-2])] * 2:
-        kept = np.minimum(kept * left[..., k] + made[..., k], work)
+        kept = np.minimum(kept * grown[..., k] + made[..., k], work)
         most = np.maximum(most, kept)
     return np.minimum(most + inside.max(axis=-1), work)
 

@@ -30,7 +30,7 @@ from flywheel.regime.periodic_motion import (
     motion_errors,
     own_motion_again,
 )
-from flywheel.regime.turning_moment import Run, cycle_of
+from flywheel.regime.turning_moment import Run, cycle_of, work_error
 
 CUT_MOVE = 1e-12
 """Of the cycle: ends of cells that move less have settled."""
@@ -161,7 +161,7 @@ def through_meshes(moments: Any, torques: Sequence[Array]) -> list[Deciding]:
 def _reversals(moments: Any, deciding: Sequence[Deciding], exchanged: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Angles (rad) where meshes change the side that drives, their errors, and where two cancel.
 
-    (designs, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
+    (motions, reversals), ascending, filled up with NaN; see `periodic_motion`, which finds those of one motion.
     """
     mesh, count = moments.mesh, exchanged.size
     edges, cycle = moments.own_edges, float(mesh.edges[0, -1])
@@ -176,25 +176,25 @@ def _reversals(moments: Any, deciding: Sequence[Deciding], exchanged: Array) -> 
         slope = np.maximum(spread * np.abs(crossings.slope) / half, 1e-300)
         width = np.sqrt(2.0 * ROUNDING * exchanged[crossings.function] / slope) if spread else np.zeros(slope.shape)
         apart = np.abs(edges[crossings.function] - angle[:, None]).min(axis=1) > 1e-9 * cycle
-        design, angle, width = crossings.function[apart], angle[apart], width[apart]
-        close = (np.diff(design) == 0) & (np.diff(angle) < np.minimum(width[1:], width[:-1]))
-        fleeting[design[1:][close]] = True
-        every.append((design, angle, width))
-    design, angle, width = (np.concatenate(rows) for rows in zip(*every, strict=True))
-    order = np.lexsort((angle, design))
-    design, angle, width = design[order], angle[order], width[order]
-    first = design.searchsorted(np.arange(count + 1))
+        motion, angle, width = crossings.function[apart], angle[apart], width[apart]
+        close = (np.diff(motion) == 0) & (np.diff(angle) < np.minimum(width[1:], width[:-1]))
+        fleeting[motion[1:][close]] = True
+        every.append((motion, angle, width))
+    motion, angle, width = (np.concatenate(rows) for rows in zip(*every, strict=True))
+    order = np.lexsort((angle, motion))
+    motion, angle, width = motion[order], angle[order], width[order]
+    first = motion.searchsorted(np.arange(count + 1))
     angles = np.full((count, int(np.diff(first).max(initial=0))), np.nan)
     widths = angles.copy()
-    place = np.arange(design.size) - first[design]
-    angles[design, place], widths[design, place] = angle, width
+    place = np.arange(motion.size) - first[motion]
+    angles[motion, place], widths[motion, place] = angle, width
     return angles, widths, fleeting
 
 
 def patterns(
     moments: Any, good: NDArray[np.bool_], deciding: Sequence[Deciding], exchanged: Array
 ) -> Iterator[tuple[Index, Array]]:
-    """Designs with as many reversals in each cell, and their angles (rad)."""
+    """Motions with as many reversals in each cell, and their angles (rad)."""
     angles, _, fleeting = _reversals(moments, deciding, exchanged)
     ends = moments.mesh.edges[:, None, :]
     counts = np.diff((angles[:, :, None] < ends).sum(axis=1), axis=1)
@@ -296,7 +296,7 @@ def lighter_motions(
         errors = motion_errors(some.solved, some.demand, cycle.errors, some.solved.state.inertia + cycle.inertia_at_start)
         error = errors.irregularity + errors_by_stiffness(some.solved)[0]
         motions.append(LighterMotions(some.solved, errors, error))
-        missed = np.maximum(error, cycle.errors.work / np.maximum(cycle.exchanged, 1e-300))
+        missed = np.maximum(error, work_error(cycle))
         before = solved.irregularity[some.which], solved.speed[some.which]
         same = np.abs(some.solved.irregularity / before[0] - 1.0) <= _SAME_IRREGULARITY
         same &= np.abs(some.solved.speed / before[1] - 1.0) <= _SAME_SPEED

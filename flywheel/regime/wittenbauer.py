@@ -11,7 +11,7 @@ Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cyc
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,7 +101,7 @@ class Figures(NamedTuple):
     `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the required one. `roots` are those
     of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that is more
     accurate. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` the reference of the
-    flywheels' relative errors.
+    flywheels' relative errors; `apart` are the errors (J) of the fluctuations of W and of W - w²I*/2.
     """
 
     cycle: Cycle
@@ -114,6 +114,7 @@ class Figures(NamedTuple):
     total: float = 0.0
     error: float = 0.0
     scale: float = 1.0
+    apart: tuple[float, float] = (0.0, 0.0)
 
     @property
     def accumulated(self) -> tuple[float, float]:
@@ -175,7 +176,7 @@ def refined(
         motion = motion_of(figures)
         greatest = float(np.abs(cycle.series[2]).sum(axis=-1).max())
         of_inertia = min(cycle.errors.inertia, cycle.errors.variation) / greatest if greatest > 0.0 else 0.0
-        error = max(work_error(cycle), motion.error if motion else 0.0, of_inertia)
+        error = max(turning_moment.work_error(cycle), motion.error if motion else 0.0, of_inertia)
         if (wheels := flywheel_errors(figures)) is not None:
             error = max(error, figures.error / figures.scale, wheels.approximate, wheels.inertia_torque_flywheel)
 
@@ -209,7 +210,9 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
     total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    error = turning_moment.error_of_difference(cycle, extremes, (_FAST, _SLOW), (-fast, -slow)) / unit
+    functions = ((_FAST, _SLOW), (-fast, -slow)), ((_WORK, _WORK), (0.0, 0.0)), ((_TORQUE, _TORQUE), (0.5 * square,) * 2)
+    error, *apart = turning_moment.errors_of_differences(cycle, extremes, functions)
+    error /= unit
     error += float(errors.inertias[0]) + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
@@ -222,7 +225,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         what = f"a flywheel of {total:g} kg m²"
         expected, advice = "a figure within the floating-point range", "check the scene's units"
         raise SceneError([Fault("flywheel.irregularity", what, expected, advice)])
-    return figures._replace(total=total, error=error, scale=scale)
+    return figures._replace(total=total, error=error, scale=scale, apart=(apart[0], apart[1]))
 
 
 def _at_hand(cycle: Cycle, unit: float) -> float:
@@ -246,15 +249,8 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
             defect = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
             expected, advice = "enough inertia to turn through the whole cycle", "give a larger inertia or speed"
             raise SceneError([Fault(path, defect, expected, advice)]) from None
-    rows: list[Any] = [row[[_FAST, _SLOW]] for row in figures.extremes]
     error = figures.error / max(figures.total, 1e-300)
-    return turning_moment.motion_of(exact, figures.total, speed, eps, Extremes(*rows), error)
-
-
-def work_error(cycle: Cycle) -> float:
-    """Error of a cycle's works, the net work among them, as a share of the work exchanged."""
-    errors = cycle.errors
-    return (max(errors.work, errors.net) + errors.residual) / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
+    return turning_moment.motion_of(exact, figures.total, speed, eps, figures.extremes, (_FAST, _SLOW), error)
 
 
 def areas(figures: Figures) -> tuple[Area, ...]:
@@ -343,12 +339,8 @@ def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
     torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
     least, _, least_error, _ = figures.extent
     by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
-    of_work, of_torque = (
-        turning_moment.error_of_difference(figures.cycle, figures.extremes, (row, row), (factor, factor))
-        for row, factor in ((_WORK, 0.0), (_TORQUE, 0.5 * square))
-    )
-    areas_error = of_work / unit + 4 * ROUNDING * fluctuation
-    torque_error = of_torque / unit + 4 * ROUNDING * torque
+    areas_error = figures.apart[0] / unit + 4 * ROUNDING * fluctuation
+    torque_error = figures.apart[1] / unit + 4 * ROUNDING * torque
 
     def relative(error: float, figure: float) -> float:
         scale = max(figure, fluctuation)

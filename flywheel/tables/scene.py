@@ -226,10 +226,11 @@ def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
 
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
     """A load's law, and its window."""
-    words = message(load.model) or _law(load.law, _turns(load.on, scene), units)
-    for written, value, dimension in () if units is SI else load.quantities:
-        before, _si, after = words.partition(number(written))
-        words = f"{before}{units.read(value, dimension)}{after}"
+    words, rest = "", message(load.model) or _law(load.law, _turns(load.on, scene), units)
+    for written, value, dimension in () if units is SI else load.quantities:  # in the order of the sentence
+        before, _si, rest = rest.partition(number(written))
+        words += f"{before}{units.read(value, dimension)}"
+    words += rest
     if load.model and load.factor != 1.0:
         words += ", " + _("{n} times", n=number(figure(load.factor, most=_DIGITS)))
     if load.start is not None and load.end is not None:

@@ -68,7 +68,7 @@ def test_random_scenes_are_of_every_kind() -> None:
 def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) -> None:
     told = summary(outcomes).splitlines()
     (whole,) = [line for line in told if line.strip().startswith("all ")]
-    assert float(whole.split("median")[1].split(",")[0]) < 300
+    assert float(whole.split("median")[1].split(",")[0]) < 60
 
 
 @pytest.mark.parametrize("seed", sample(PROVEN, 11))

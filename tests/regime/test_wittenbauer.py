@@ -90,7 +90,7 @@ def test_a_balance_spreads_errors_of_the_moment_by_no_more_than_its_factor(offse
     mesh = piecewise.cells(np.linspace(0.0, 2 * pi, 9))
     weights, effect = piecewise.node_weights(mesh), (offset + np.cos(mesh.phi)).ravel()
     whole = float(weights @ effect)
-    factor = turning_moment.spread_of(whole, float(weights @ np.abs(effect)))
+    factor, _ = turning_moment.spread_of(whole, float(weights @ np.abs(effect)))
     worst = 0.0
     for first in range(effect.size):
         for last in range(first, effect.size):
@@ -107,7 +107,7 @@ def spread_by_its_share(own, others):
     share, all_work = (np.concatenate(([0.0], np.cumsum(row / row.sum()))) for row in (own, exchanged))
     s, r = (row[None, :] - row[:, None] for row in (share, all_work))
     worst = np.triu(np.abs(1 - s) * r + np.abs(s) * (1 - r)).max()
-    return worst, turning_moment.spread_of(own.sum(), np.abs(own).sum(), np.abs(own).sum() / exchanged.sum())
+    return worst, turning_moment.spread_of(own.sum(), np.abs(own).sum(), np.abs(own).sum() / exchanged.sum())[1]
 
 
 @pytest.mark.parametrize("lean", [0.3, 1.0, 4.0])
@@ -154,15 +154,19 @@ def test_cells_in_which_extremes_may_lie_count_on_both_sides():
     mesh = piecewise.cells(np.arange(7.0))
     values = np.stack([mesh.phi - 3.0, 0 * mesh.phi, 1 + 0 * mesh.phi, 0 * mesh.phi, 0 * mesh.phi])
     cycle = turning_moment.assembled(mesh, values, None)
-    parts = np.stack((2.0 ** np.arange(6), *np.zeros((3, 6)), np.full(6, 1 / 6)))
-    cycle = cycle._replace(errors=cycle.errors._replace(work=100.0, inside=np.zeros((2, 6)), parts=parts))
+    parts = np.zeros((5, 7))
+    parts[0, 1:], parts[4, 1:] = np.cumsum(2.0 ** np.arange(6)), np.cumsum(np.full(6, 1 / 6))
+    cycle = cycle._replace(errors=cycle.errors._replace(work=100.0, inside=np.zeros((2, 6)), left=np.zeros(2), parts=parts))
     extremes = turning_moment.combined(cycle, np.array([[1.0, 0.0]]))[0]
-    extremes = extremes._replace(greatest_error=np.zeros(1), least_error=np.ones(1), spans=np.array([[[1, 2], [4, 4]]]))
+    extremes = extremes._replace(greatest_error=np.zeros(1), least_error=np.ones(1))
+    extremes = extremes._replace(earliest=np.array([[1.3], [4.0]]), latest=np.array([[1.6], [4.0]]))
     between, beyond, share = 2 + 4 + 8, 1 + 2 + 16 + 32, 3 / 6
-    found = turning_moment.error_of_difference(cycle, extremes, (0, 0), (0.0, 0.0))
-    assert found == pytest.approx((1 - share) * between + share * beyond + 1)
-    same = extremes._replace(spans=np.array([[[1, 4], [2, 3]]]))  # both may lie in the same cells
-    assert turning_moment.error_of_difference(cycle, same, (0, 0), (0.0, 0.0)) == pytest.approx(101.0)
+    pair = [((0, 0), (0.0, 0.0))]
+    assert turning_moment.errors_of_differences(cycle, extremes, pair)[0] == pytest.approx(
+        (1 - share) * between + share * beyond + 1
+    )
+    same = extremes._replace(latest=np.array([[4.5], [4.0]]))  # both may lie in the same cells
+    assert turning_moment.errors_of_differences(cycle, same, pair)[0] == pytest.approx(101.0)
 
 
 def test_the_exam_of_p103():

@@ -587,3 +587,16 @@ def test_remarks_stand_on_the_page_and_beside_data_on_standard_error(tmp_path):
     for result in (data, points):
         assert f"{file}: remark: {remark}" in result.stderr
         assert "remark" not in result.stdout
+
+
+def test_quantities_of_a_load_are_converted_in_the_order_of_its_sentence():
+    losses = {"on": "yoke", "model": {"type": "losses", "constant": "25 N", "proportional": 5.0}}
+    document = YOKE | {"load": [*YOKE["load"], losses]}
+    rows = {lang: " ".join(map(str, _rows_in(lang, document))) for lang in ("en", "es")}
+    assert "losses: constant 5.62 lbf, proportional 5" in rows["en"]
+    assert "losses: constant 5,62 lbf, proportional 5" in rows["es"]
+
+
+def _rows_in(lang, document):
+    with use(lang):
+        return list(parts(flywheel.load(document), US))
