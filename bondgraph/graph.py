@@ -56,11 +56,35 @@ def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[st
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 
+_SOUND: set[Any] = set()  # shapes of graphs without a fault, the last of them
+_MOST_SOUND = 256
+
+
 def structural_faults(graph: BondGraph) -> Iterator[str]:
-    """All faults of a graph's elements, bonds, names and domains."""
+    """All faults of a graph's elements, bonds, names and domains; graphs that differ only in numbers have one shape."""
+    laws = [e.law.of if isinstance(e.law, Function) else () for e in graph.elements.values()]
+    elements = [(name, e.name, e.kind, e.domain, *of) for (name, e), of in zip(graph.elements.items(), laws, strict=True)]
+    declared = *graph.displacements, "", *graph.signals, "", *graph.parameters
+    shape = graph.parts, declared, tuple(elements), tuple(graph.bonds)
+    if shape not in _SOUND:
+        if names := [*_wrong_names(graph)]:
+            yield from names
+            return
+        parts = _wrong_counts, _unconnected, _mixed_domains, _rival_sources
+        faults = [fault for part in parts for fault in part(graph)]
+        yield from faults
+        if not faults:
+            if len(_SOUND) >= _MOST_SOUND:
+                _SOUND.clear()
+            _SOUND.add(shape)
+    yield from _wrong_declarations(graph)
+    yield from _wrong_laws(graph)
+
+
+def _wrong_names(graph: BondGraph) -> Iterator[str]:
     elements, bonds = graph.elements, graph.bonds
-    faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
-    faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
+    yield from (f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS)
+    yield from (f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n)
     for bond in bonds:
         for name in bond[1:]:
             if name not in elements:
@@ -70,22 +94,24 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
                 joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
                 junctions = ", ".join(n for n, e in elements.items() if e.kind in JUNCTIONS) or "none"
                 meant = f"did you mean {near[0]!r}?" if near else f"the junctions are {junctions}"
-                faults.append(f"bond {bond.number}: no element {name!r}{joined}; {meant}")
+                yield f"bond {bond.number}: no element {name!r}{joined}; {meant}"
     numbers = [b.number for b in bonds]
-    faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
-    if faults:
-        yield from faults
-        return
-    yield from _wrong_counts(elements, bonds)
-    if not elements:
+    yield from (f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1)
+
+
+def _unconnected(graph: BondGraph) -> Iterator[str]:
+    if not graph.elements:
         yield "the graph is empty"
     elif not graph.parts:
-        adjacent = neighbours(elements, bonds)
+        adjacent = neighbours(graph.elements, graph.bonds)
         for quantity, name in readings(graph):
             adjacent[name].append(quantity[2:])
             adjacent[quantity[2:]].append(name)
-        if len(seen := reached_from(next(iter(elements)), adjacent)) < len(elements):
-            yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
+        if len(seen := reached_from(next(iter(graph.elements)), adjacent)) < len(graph.elements):
+            yield "not connected to the rest: " + ", ".join(name for name in graph.elements if name not in seen)
+
+
+def _wrong_declarations(graph: BondGraph) -> Iterator[str]:
     for name, displacement in graph.displacements.items():
         owner = graph.elements.get(displacement.of)
         if owner is None or owner.kind != "1":
@@ -101,9 +127,6 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
             yield f"{name!r} is declared twice, as two of displacement, signal and parameter"
         if name == TIME:
             yield f"{name!r} is declared, but always means the time"
-    yield from _wrong_laws(graph)
-    yield from _mixed_domains(elements, bonds)
-    yield from _rival_sources(elements, bonds)
 
 
 def readings(graph: BondGraph) -> Iterator[tuple[str, str]]:
@@ -126,7 +149,8 @@ def activated(graph: BondGraph) -> tuple[Bond, ...]:
     return tuple(Bond(-k, *ends) for k, ends in enumerate(dict.fromkeys(reads), 1))
 
 
-def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+def _wrong_counts(graph: BondGraph) -> Iterator[str]:
+    elements, bonds = graph.elements, graph.bonds
     incoming = dict.fromkeys(elements, 0)
     outgoing = dict(incoming)
     for bond in bonds:
@@ -156,8 +180,12 @@ _READ |= {"p": "momentum of an inertia", "q": "displacement of a compliance"}
 def _wrong_laws(graph: BondGraph) -> Iterator[str]:
     variables = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
     for name, element in graph.elements.items():
-        where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
         law = element.law
+        if isinstance(law, Law | Modulus) or (isinstance(law, float) and 0.0 < abs(law) < math.inf):
+            continue
+        if law is None and element.kind in JUNCTIONS:
+            continue
+        where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
         if element.kind in JUNCTIONS:
             names = law.of if isinstance(law, Function) else ()
             for missing in [
@@ -187,11 +215,12 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             ):
                 expected = "a store's law may hold parameters only" + hint
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
-        elif not isinstance(law, Law | Modulus):
+        else:
             yield f"{where}: found {law!r}, expected a number, a function of named quantities or a SymPy expression"
 
 
-def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+def _mixed_domains(graph: BondGraph) -> Iterator[str]:
+    elements, bonds = graph.elements, graph.bonds
     regions = _regions(elements, bonds)
     for region, names in regions:
         for domain, name in names:
@@ -233,8 +262,9 @@ def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tup
     return parts
 
 
-def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+def _rival_sources(graph: BondGraph) -> Iterator[str]:
     """Two sources that both determine the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
+    elements, bonds = graph.elements, graph.bonds
     for kind, source, what in (("1", "Sf", "flow"), ("0", "Se", "effort")):
         junctions = [name for name, element in elements.items() if element.kind == kind]
         equal = representatives(junctions, [b[1:] for b in bonds if b.tail in junctions and b.head in junctions])

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -669,6 +670,19 @@ def test_what_is_sound_has_no_faults():
     assert rotation_and_translation().transform("crank", "ram", 0.5).build().domain(Bond(4, "", "")).name == "rotation"
     rivals = Builder().one("a").on("a", Se("M", 1.0), Se("N", 2.0), Sf("v", 1.0)).one("b").on("b", Sf("w", 1.0))
     assert len(rivals.between("a", "b", C("c", 1.0)).build().bonds) == 7
+
+
+def test_graphs_that_are_like_a_sound_one_have_their_own_faults():
+    sound = shaft().on("a", Se("F", 1.0), C("c", 2.0)).build()
+    assert sound.with_law("c", 3.0).constant("c") == 3.0
+    assert faults(shaft().on("a", Se("F", 1.0), C("c", math.inf))) == ["C:c, bond 4: found inf, expected a finite number"]
+    (heat,) = faults(shaft().on("a", Se("F", 1.0), C("c", 2.0, domain="rotational")))
+    assert heat.startswith("C:c: found domain 'rotational'")
+    assert shaft().on("a", Se("F", 1.0), Se("G", 2.0)).build().constant("G") == 2.0
+    (rivals,) = faults(shaft().on("a", Sf("F", 1.0), Sf("G", 2.0)))
+    assert rivals == "Sf:F (bond 3) and Sf:G (bond 4) both set the flow of 1:a; keep one of them"
+    with pytest.raises(GraphError, match="displacement 'x'"):
+        replace(sound, displacements={"x": Displacement("x", "J")})
 
 
 def test_faults_of_every_sort_come_at_once():
