@@ -665,10 +665,14 @@ def assemblies(equations: Equations) -> Array:
     z = z[np.argsort(_turns(loops, z), kind="stable")]
     free = np.flatnonzero(np.concatenate(([False], _angular(loops))) & ~_tied(loops))
     z[:, free] = -((pi - z[:, free]) % (2 * pi) - pi)
+    marks = np.where(_angular(loops), np.sin(z[:, 1:] + np.arange(loops.unknowns)), z[:, 1:]).sum(axis=1)
+    order = np.argsort(marks, kind="stable")  # equal ones have equal marks
+    groups = np.split(order, 1 + np.flatnonzero(np.diff(marks[order]) > loops.unknowns * _SAME_ASSEMBLY))
     kept: list[Array] = []
-    while len(z):
-        kept.append(z[0])
-        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME_ASSEMBLY]
+    for near in (z[np.sort(group)] for group in groups):
+        while len(near):
+            kept.append(near[0])
+            near = near[np.abs(_apart(loops, near, near[0])).max(axis=1, initial=0.0) >= _SAME_ASSEMBLY]
     solutions = np.array(kept).reshape(-1, len(loops.names))
     return solutions[np.lexsort(np.round(solutions, 6).T[::-1])]
 

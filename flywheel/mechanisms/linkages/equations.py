@@ -606,7 +606,25 @@ def _derivatives(lift: Lift, low: Array, high: Array, middle: Array) -> Array:
 
 # -- equations ---------------------------------------------------------------------------------------------------------
 
-_SMALL = 400  # numbers: a smaller matrix is multiplied faster without BLAS
+
+class _Sums:
+    """The sums of a table's columns that the columns of a matrix weigh, most of whose weights are 0.
+
+    A product with the whole matrix would add up zeros, over as many threads as there are processors.
+    """
+
+    def __init__(self, matrix: Any) -> None:
+        columns, self._rows = np.nonzero(matrix.T)
+        self._weights = matrix.T[columns, self._rows]
+        self._columns, self._first = np.unique(columns, return_index=True)
+        self._width = matrix.shape[1]
+
+    def __call__(self, table: Any) -> Any:
+        terms = table[:, self._rows] * self._weights
+        sums = np.zeros((len(table), self._width), terms.dtype)
+        if self._columns.size:
+            sums[:, self._columns] = np.add.reduceat(terms, self._first, axis=1)
+        return sums
 
 
 class Bases(NamedTuple):
@@ -631,10 +649,11 @@ class Equations:
         variables = len(loops.names)
         factors = np.zeros((bases, variables))
         factors[self.sliding, loops.slides[self.sliding]] = 1.0
-        shape = bases, closures * variables  # matrices that give the closures' Jacobian straight from the basis functions
-        self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
-        self._moved = (loops.closures[:, :, None] * factors[None]).transpose(1, 0, 2).reshape(shape)
-        self._any_moved = bool(self._moved.any())
+        shape = bases, closures * variables  # sums that give the closures' Jacobian straight from the basis functions
+        turning = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
+        sliding = (loops.closures[:, :, None] * factors[None]).transpose(1, 0, 2).reshape(shape)
+        self._turned, self._moved = _Sums(turning), _Sums(sliding) if sliding.any() else None
+        self._angles, self._closures, self._origins = map(_Sums, (loops.turns.T, loops.closures.T, loops.origins.T))
         self._any_sliding = bool(self.sliding.any())
         self._sizes = np.abs(loops.turns).T
 
@@ -645,7 +664,7 @@ class Equations:
 
     def bases(self, z: Array, at: Array | None = None) -> Bases:
         """Basis functions at positions z; `at` lies in the same pieces of cams, where those of z are not known."""
-        bare = turned(z @ self.loops.turns.T)
+        bare = turned(self._angles(z))
         whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self._any_sliding else bare
         return Bases(whole, bare, tuple(relation.law(z, at) for relation in self.loops.relations))
 
@@ -656,9 +675,9 @@ class Equations:
 
     def jacobian(self, z: Array, bases: Bases) -> Array:
         """Derivatives of all equations by all variables, shape (n, equations, variables)."""
-        flat = _product(bases.whole, self._turned)
-        if self._any_moved:
-            flat = flat + _product(bases.bare, self._moved)
+        flat = self._turned(bases.whole)
+        if self._moved is not None:
+            flat = flat + self._moved(bases.bare)
         closures, variables = len(self.loops.closures), z.shape[1]
         jacobian = flat.reshape(len(z), closures, variables)
         parts = np.stack(split(jacobian), axis=2).reshape(len(z), 2 * closures, variables)
@@ -676,24 +695,25 @@ class Equations:
 
     def _columns(self, functions: Complex, couplings: list[Array]) -> Array:
         """A column for each part of a sum of basis functions over the closures, then those of the couplings."""
-        gaps = functions @ self.loops.closures.T
+        gaps = self._closures(functions)
         parts = np.stack(split(gaps), axis=2).reshape(len(gaps), -1)  # real and imaginary part beside one another
         return np.concatenate((parts, *(column[:, None] for column in couplings)), axis=1) if couplings else parts
 
     def _second(self, bases: Bases, rate: Array) -> Complex:
         """Second derivative of the basis functions at constant rates."""
-        turning, sliding = rate @ self.loops.turns.T, self._sliding_rate(rate)
-        return -(turning**2) * bases.whole + 2j * turning * sliding * bases.bare
+        turning, sliding = self._angles(rate), self._sliding_rate(rate)
+        second: Complex = -(turning**2) * bases.whole + 2j * turning * sliding * bases.bare
+        return second
 
     def _sliding_rate(self, rate: Array) -> Array | float:
         return np.where(self.sliding, rate[:, self.slide], 0.0) if self._any_sliding else 0.0
 
     def origins(self, bases: Bases, rate: Array, slope: Array) -> tuple[Complex, Complex, Complex]:
         """Bodies' origins (units) as complex numbers with first and second derivative, each of shape (n, bodies)."""
-        turns, places = self.loops.turns.T, self.loops.origins.T
-        first = 1j * (rate @ turns) * bases.whole + self._sliding_rate(rate) * bases.bare
-        second = self._second(bases, rate) + 1j * (slope @ turns) * bases.whole + self._sliding_rate(slope) * bases.bare
-        return _product(bases.whole, places), _product(first, places), _product(second, places)
+        first, second = (
+            1j * self._angles(along) * bases.whole + self._sliding_rate(along) * bases.bare for along in (rate, slope)
+        )
+        return self._origins(bases.whole), self._origins(first), self._origins(self._second(bases, rate) + second)
 
     def turned(self, step: Array) -> Array:
         """Greatest turn (rad) of the cams in a step of z (absolute values), shape (n,)."""
@@ -750,13 +770,6 @@ def split(table: Complex) -> tuple[Any, Any]:
     parts = ([getattr(value, part) for value in table.flat] for part in ("real", "imag"))
     real, imag = (np.array(part, dtype=object).reshape(table.shape) for part in parts)
     return real, imag
-
-
-def _product(table: Complex, matrix: Complex) -> Complex:
-    """The product of a long table and a small matrix: BLAS would spend more time on starting threads."""
-    if matrix.size > _SMALL or table.dtype == object:
-        return np.asarray(table @ matrix)
-    return np.asarray(np.einsum("nk,km->nm", table, matrix))
 
 
 # -- Newton-Raphson ----------------------------------------------------------------------------------------------------
