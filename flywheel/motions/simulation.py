@@ -8,7 +8,7 @@ reaches, its speed and time (`regime_of`, `speed_at`, `time_along`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -116,7 +116,7 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        rigid = machine_of(replace(scene, compliances={}) if scene.compliances else machine)
+        rigid = machine_of(scene.with_rigid_shafts() if scene.compliances else machine)
         if rigid.depends_on_speed or (scene.rubs and scene.speed is not None):
             balance_torque = size(rigid.scene.with_flywheel(own), simulate=False).balance
             balance = 0.0 if balance_torque is None else balance_torque.value

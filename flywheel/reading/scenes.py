@@ -59,7 +59,7 @@ from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.motors import phases, read_duty
 from flywheel.reading.schema import AREAS_EXCLUDE, LIMITS, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
-from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke, Transmission
+from flywheel.scene.scene import Areas, Inertia, Scene, Stroke, Transmission
 
 if TYPE_CHECKING:
     from flywheel.scene.linkage import Linkage
@@ -520,8 +520,6 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         cycle=cycle,
         stroke=stroke,
         shafts=shafts,
-        compliances=train.compliances if stroke is None else {},
-        efficiencies=train.efficiencies,
         transmissions=train.transmissions,
         parameters=parameters,
         units=units,
@@ -558,15 +556,7 @@ class Shafts(NamedTuple):
 
     speeds: dict[str, float]
     transmissions: dict[str, Transmission]
-    compliances: dict[str, Compliance]
     shaft_drag: dict[str, float]
-
-    @property
-    def efficiencies(self) -> dict[str, float]:
-        """The efficiency of a shaft's mesh, if it is below 1."""
-        return {
-            name: one.share for name, one in self.transmissions.items() if not (one.efficiency == 1.0 and one.slip == 0.0)
-        }
 
 
 def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -> Shafts:
@@ -574,7 +564,7 @@ def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -
 
     A shaft whose ratio is at fault can still be named. Along a stroke there is only the reduction element.
     """
-    shafts = Shafts({"crank": 1.0}, {}, {}, {})
+    shafts = Shafts({"crank": 1.0}, {}, {})
     tables = (None if raw is None else as_table(raw, "shafts", faults)) or {}
     for name, item in tables.items():
         path = child("shafts", name)
@@ -583,16 +573,16 @@ def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -
         _shaft(shafts, name, {} if table is None else table, table is not None, path, faults)
     if stroke is None:
         return _tree(shafts, drive, faults)
-    for name in shafts.transmissions:
+    for name, one in shafts.transmissions.items():
         path = child("shafts", name)
         if stroke.sliding:
             faults.add(path, "a shaft together with a driver that slides", "none", "nothing can be geared to it")
-        elif name in shafts.compliances:
+        elif one.stiffness is not None:
             faults.add(path, "a compliant shaft together with [stroke]", "a rigid one", "leave stiffness out")
-        elif name in shafts.efficiencies:
+        elif not (one.efficiency == 1.0 and one.slip == 0.0):
             faults.add(path, "a mesh with losses together with [stroke]", "one without", "leave efficiency and slip out")
     if stroke.sliding:
-        return Shafts({"slide": 1.0}, {}, {}, {})
+        return Shafts({"slide": 1.0}, {}, {})
     return _tree(shafts, drive, faults)
 
 
@@ -610,10 +600,8 @@ def _shaft(shafts: Shafts, name: str, table: Mapping[str, Any], there: bool, pat
         return
     on = fields["on"] if isinstance(fields["on"], str) else "crank"
     values = (1.0 if ratio is None else ratio, 1.0 if efficiency is None else efficiency, slip or 0.0, drag or 0.0)
-    shafts.transmissions[name] = Transmission(on, *values)
-    if stiffness is not None:
-        shafts.compliances[name] = Compliance(stiffness, damping or 0.0)
-    elif damping is not None and "stiffness" not in table:
+    shafts.transmissions[name] = Transmission(on, *values, stiffness=stiffness, damping=damping or 0.0)
+    if stiffness is None and damping is not None and "stiffness" not in table:
         faults.add(f"{path}.damping", f"{damping:g}", "a stiffness with it", "give stiffness, in N m/rad")
     if stiffness is not None:
         for key, value, none in (("efficiency", efficiency, 1.0), ("slip", slip, 0.0)):
@@ -682,7 +670,7 @@ def _tree(shafts: Shafts, drive: object, faults: Faults) -> Shafts:
     speeds = {"crank": 1.0}
     for name, one in ordered.items():
         speeds[name] = one.gear * speeds.get(one.on, 1.0) if name in shafts.transmissions else 1.0
-    return Shafts(speeds, ordered, shafts.compliances, shafts.shaft_drag)
+    return Shafts(speeds, ordered, shafts.shaft_drag)
 
 
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Unit], list[str]]:

@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ANY", "AUDIT", "BODY", "CONFIRM", "DEFAULT_RTOL", "LEVELS", "MASS", "NORMAL", "NOT_NEGATIVE", "OWN_INERTIA", "POINT",
-    "POSITIVE", "PROOF", "RTOL", "TURN", "Areas", "Body", "Brake", "Clutch", "Compliance", "Damper", "Document", "Frozen",
+    "POSITIVE", "PROOF", "RTOL", "TURN", "Areas", "Body", "Brake", "Clutch", "Damper", "Document", "Frozen",
     "Inertia", "Key", "Law", "Load", "Mechanism", "Output", "Phase", "PointPort", "Range", "Samples", "Scene",
     "SingleStroke", "Spring", "Stroke", "Table", "Transmission", "frozen", "left_out", "length", "level", "read_only",
     "rtol_faults",
@@ -264,19 +265,13 @@ class Inertia(NamedTuple):
     path: str = "inertia"
 
 
-class Compliance(NamedTuple):
-    """Compliance between a shaft and the crank's gear: stiffness (N m/rad) and damping (N m s/rad), at the shaft itself."""
-
-    stiffness: float
-    damping: float = 0.0
-
-
 class Transmission(NamedTuple):
     """Transmission between a shaft and the one with which it meshes: a gear, a belt or a chain.
 
     `ratio` is that of teeth or pulleys, speed of the shaft over that of `on`, without slip. `efficiency` and 1 - `slip` are
     the shares of the power that pass, in either direction. `drag` (N m) is the constant torque against the rotation of the
     shaft itself. `drives`: the scene's drive sits on the shaft or beyond it, so that the other side is the one that slips.
+    A compliant shaft has a `stiffness` (N m/rad; None: rigid) and `damping` (N m s/rad) between it and its gear, at itself.
     """
 
     on: str = "crank"
@@ -285,6 +280,8 @@ class Transmission(NamedTuple):
     slip: float = 0.0
     drag: float = 0.0
     drives: bool = False
+    stiffness: float | None = None
+    damping: float = 0.0
 
     @property
     def gear(self) -> float:
@@ -445,8 +442,6 @@ class Scene(Frozen):
     source: str | None = None
     cycle: float = TURN
     shafts: Mapping[str, float] = field(default_factory=lambda: {"crank": 1.0})
-    compliances: Mapping[str, Compliance] = field(default_factory=dict)  # of the shafts that twist
-    efficiencies: Mapping[str, float] = field(default_factory=dict)  # shares that pass the meshes of shafts, slip included
     transmissions: Mapping[str, Transmission] = field(default_factory=dict)  # of all shafts but the crank, nearer ones first
     parameters: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)  # of the parameters that are given with one
@@ -567,6 +562,22 @@ class Scene(Frozen):
     def rubs(self) -> bool:
         """True if any joint of a linkage has friction."""
         return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)
+
+    @cached_property
+    def compliances(self) -> dict[str, Transmission]:
+        """The transmissions of the shafts that twist."""
+        return {name: one for name, one in self.transmissions.items() if one.stiffness is not None}
+
+    @cached_property
+    def efficiencies(self) -> dict[str, float]:
+        """The share of the power that passes a shaft's mesh, slip included, if it is below 1."""
+        meshes = self.transmissions.items()
+        return {name: one.share for name, one in meshes if not (one.efficiency == 1.0 and one.slip == 0.0)}
+
+    def with_rigid_shafts(self) -> Scene:
+        """The scene without compliances of shafts."""
+        rigid = {name: one._replace(stiffness=None, damping=0.0) for name, one in self.transmissions.items()}
+        return replace(self, transmissions=rigid)
 
     def near(self, shaft: str) -> str:
         """The shaft that a shaft meshes with; the reduction element for that element itself."""

@@ -49,20 +49,6 @@ class UnconfirmedError(ValueError):
     """A motion that cannot be confirmed within the allowed work, or is lost in its own error; the message has the reason."""
 
 
-class SteadyCycle(NamedTuple):
-    """One steady cycle by an independent method: rad/s and s; `closure` is omega(T)/omega(0) - 1.
-
-    `limited` has the limited figures of the motor, by their names.
-    """
-
-    irregularity: float
-    speed_max: float
-    speed_min: float
-    period: float
-    closure: float
-    limited: Mapping[str, float] = {}
-
-
 def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     """One steady cycle stepped in time: with the exact (or given) flywheel, and with the approximate one.
 
@@ -78,17 +64,18 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
     if run is None:
         return Confirmed(messages=("nothing to simulate: the machine has no inertia",))
     try:
-        cycle = _cycle_in_time(machine, regime.cycle, regime.speed, run, regime.rtol)
+        motion, limited = _cycle_in_time(machine, regime.cycle, regime.speed, run, regime.rtol)
     except SceneError as refused:  # the figures stand without it
         raise UnconfirmedError(f"not confirmed in time: stepping finds {refused.faults[0].defect}") from None
     except SlidingError:
         slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
-    error, of_period = _disagreement(cycle, regime, run)
-    if not (error <= _HOPELESS and cycle.speed_min > 0.0):
+    error, of_period = _disagreement(motion, limited, regime, run)
+    if not (error <= _HOPELESS and motion.speed_min > 0.0):
         raise UnconfirmedError("not confirmed in time: the result of stepping is lost in its own error")
-    return _with_approximate(regime, cycle, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
+    confirmed = Confirmed(motion, error, of_period, (), limited)
+    return _with_approximate(regime, confirmed, partial(_approximate_in_time, regime), approximate)
 
 
 def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
@@ -103,57 +90,44 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         return Confirmed(messages=("nothing to solve for: the machine has no inertia",))
     thirds = on_thirds(regime.machine)
     try:
-        cycle = _cycle_by_collocation(regime, thirds, run.inertia)
+        motion, limited = _cycle_by_collocation(regime, thirds, run.inertia)
     except BudgetError:
         long = "not confirmed by collocation: on separate cells the iteration takes too long"
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NO_SOLUTION) from None
-    error, of_period = _disagreement(cycle, regime, run)
+    error, of_period = _disagreement(motion, limited, regime, run)
     if not error <= _HOPELESS:
         raise UnconfirmedError(_NO_SOLUTION)
-    route = partial(_approximate_by_collocation, regime, thirds)
-    return _with_approximate(regime, cycle, error, of_period, route, approximate, "collocation")
+    confirmed = Confirmed(motion, error, of_period, (), limited)
+    return _with_approximate(regime, confirmed, partial(_approximate_by_collocation, regime, thirds), approximate)
 
 
 def _with_approximate(
-    regime: Regime,
-    cycle: SteadyCycle,
-    error: float,
-    period_error: float,
-    again: Callable[[float], tuple[float, float]],
-    approximate: float | None,
-    route: str,
+    regime: Regime, confirmed: Confirmed, again: Callable[[float], tuple[float, float]], approximate: float | None
 ) -> Confirmed:
-    """Confirmation, with the irregularity that the approximate flywheel gives.
+    """The confirmed motion, with the irregularity that the approximate flywheel gives.
 
     `again` gives that irregularity and its relative error for an inertia on the crank (kg m²); it raises UnconfirmedError,
     with the reason, if there is none.
     """
-    irregularity: float | None = None
-    messages: tuple[str, ...] = ()
-    if approximate is not None:
-        try:
-            irregularity, doubt = again(approximate * regime.machine.scene.flywheel_ratio**2)
-            if not doubt <= _HOPELESS:
-                raise UnconfirmedError(_LOST)
-            error = max(error, 8 * ROUNDING + doubt)
-        except UnconfirmedError as reason:
-            irregularity, messages = None, (str(reason),)
-    motion = Confirmation(
-        irregularity=cycle.irregularity,
-        irregularity_approximate=irregularity,
-        speed_max=cycle.speed_max,
-        speed_min=cycle.speed_min,
-        speed_time_mean=regime.machine.scene.cycle / cycle.period,
-        period=cycle.period,
-        closure=cycle.closure,
-        route=route,
-    )
-    return Confirmed(motion, error, period_error, messages, {**cycle.limited, IRREGULARITY: cycle.irregularity})
+    motion, error = confirmed.motion, confirmed.error
+    assert motion is not None
+    assert error is not None
+    confirmed = confirmed._replace(limited={**confirmed.limited, IRREGULARITY: motion.irregularity})
+    if approximate is None:
+        return confirmed
+    try:
+        irregularity, doubt = again(approximate * regime.machine.scene.flywheel_ratio**2)
+        if not doubt <= _HOPELESS:
+            raise UnconfirmedError(_LOST)
+    except UnconfirmedError as reason:
+        return confirmed._replace(messages=(str(reason),))
+    motion = motion._replace(irregularity_approximate=irregularity)
+    return confirmed._replace(motion=motion, error=max(error, 8 * ROUNDING + doubt))
 
 
-def _disagreement(cycle: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
+def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Regime, run: Run) -> tuple[float, float]:
     """Largest relative difference between these figures and those of the regime's run, with the run's own error.
 
     First that of all figures, then that of the period alone.
@@ -166,14 +140,16 @@ def _disagreement(cycle: SteadyCycle, regime: Regime, run: Run) -> tuple[float, 
         (cycle.speed_min, run.speed_min, speed_error),
         (cycle.period, period, period_error),
     ]
-    apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if b > 0.0]
-    limited = ((cycle.limited[name], regime.limits[name]) for name in cycle.limited)
-    beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in limited if b.reached > 0.0]
+    apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if a is not None and b > 0.0]
+    shares_of = ((value, regime.limits[name]) for name, value in limited.items())
+    beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in shares_of if b.reached > 0.0]
     return max(apart + beside), apart[-1]
 
 
-def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> SteadyCycle:
-    """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u).
+def _cycle_in_time(
+    machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float
+) -> tuple[Confirmation, dict[str, float]]:
+    """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u); and the motor's limited figures.
 
     The scale is of the size of the irregularity, so that u keeps its digits even if that is small.
     """
@@ -197,14 +173,16 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     (_, high), (_, low) = extreme(steps, +1.0), extreme(steps, -1.0)
     last = steps[-1]
     closing = scale * (last.last[1] - u)
-    return SteadyCycle(
+    period = last.end / speed
+    motion = Confirmation(
         irregularity=scale * (high - low) / (1 + 0.5 * scale * (high + low)),
         speed_max=speed * (1 + scale * high),
         speed_min=speed * (1 + scale * low),
-        period=last.end / speed,
+        period=period,
+        speed_time_mean=machine.scene.cycle / period,
         closure=float(closing / (1 + scale * u)),
-        limited=_limited(machine.scene, steps, speed, scale),
     )
+    return motion, _limited(machine.scene, steps, speed, scale)
 
 
 def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dict[str, float]:
@@ -262,7 +240,7 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
     except (NoMotionError, BudgetError):
         raise UnconfirmedError(_NO_MOTION) from None
     try:
-        own = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
+        own, _ = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
     except (UnconfirmedError, SlidingError, SceneError):
         raise UnconfirmedError("the motion with the approximate flywheel cannot be followed in time") from None
     return own.irregularity, run.error + (abs(own.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
@@ -324,7 +302,7 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
         return periodic_motion.own_motion(machine, mean or regime.speed, demand, 0.0, unknown, 0.5 * regime.rtol)
 
 
-def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> SteadyCycle:
+def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> tuple[Confirmation, dict[str, float]]:
     motion = _collocated(regime, machine, inertia)
     run, cycle, edges = motion.run, motion.cycle, motion.solved.state.edges
     shaft = MotorShaft(machine.scene, cycle, run, motion.speed, regime.rtol)
@@ -334,7 +312,8 @@ def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> S
     start = float(turning_moment.speed_over_cycle(cycle, motion.speed, run, np.zeros(1))[0])
     share = 2.0 * gained / ((run.inertia + cycle.inertia_at_start) * start**2)
     closure = share / (1.0 + float(np.sqrt(1.0 + share)))
-    return SteadyCycle(run.irregularity, run.speed_max, run.speed_min, period, closure, limited)
+    mean = machine.scene.cycle / period
+    return Confirmation(run.irregularity, run.speed_max, run.speed_min, period, mean, closure, "collocation"), limited
 
 
 def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float) -> tuple[float, float]:

@@ -83,13 +83,13 @@ class Confirmation(NamedTuple):
     """
 
     irregularity: float
-    irregularity_approximate: float | None
-    speed_max: float | None
-    speed_min: float | None
-    speed_time_mean: float | None
-    period: float | None
+    speed_max: float
+    speed_min: float
+    period: float | None = None
+    speed_time_mean: float | None = None
     closure: float | None = None
     route: str = "time"
+    irregularity_approximate: float | None = None
 
 
 class Limit(NamedTuple):

@@ -446,16 +446,9 @@ def _by_quadrature(regime: Regime) -> Confirmed:
     if run is None:
         return Confirmed()
     period, error = turning_moment.period(cycle, regime.speed, run, regime.rtol)
-    motion = Confirmation(
-        irregularity=run.irregularity,
-        irregularity_approximate=None,
-        speed_max=run.speed_max,
-        speed_min=run.speed_min,
-        speed_time_mean=regime.machine.scene.cycle / period,
-        period=period,
-        closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
-        route="quadrature",
-    )
+    extremes, mean = (run.irregularity, run.speed_max, run.speed_min), regime.machine.scene.cycle / period
+    left = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
+    motion = Confirmation(*extremes, period, mean, left, "quadrature")
     return Confirmed(motion, max(run.error, error), error)
 
 
@@ -616,7 +609,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
             defect = f"{scene.inertia} kg m², which the swing of {fluctuation:.6g} J would stop"
             raise SceneError([Fault("flywheel.inertia", defect, "enough inertia to keep turning", "give a larger one")])
         fastest, slowest = scene.speed * (1 + own_inertia / 2), scene.speed * (1 - own_inertia / 2)
-        motion = Confirmation(own_inertia, None, fastest, slowest, None, None, None, "areas")
+        motion = Confirmation(own_inertia, fastest, slowest, route="areas")
     of_wheels, of_motion = (None, error) if figure is None else (error, None)
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""

@@ -229,16 +229,8 @@ def _inertialess_regime(
     period = float(cells.integral(slowness, half).sum())
     cut = float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(slowness)) * half[:, 0]).sum()) / period
     of_period = cut + run.error * run.irregularity * run.speed_max / run.speed_min + 24 * ROUNDING
-    motion = Confirmation(
-        irregularity=run.irregularity,
-        irregularity_approximate=None,
-        speed_max=run.speed_max,
-        speed_min=run.speed_min,
-        speed_time_mean=machine.scene.cycle / period,
-        period=period,
-        closure=0.0,
-        route="quadrature",
-    )
+    extremes = run.irregularity, run.speed_max, run.speed_min
+    motion = Confirmation(*extremes, period, machine.scene.cycle / period, 0.0, "quadrature")
     band = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
     return Regime(
         machine=machine,

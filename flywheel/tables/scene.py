@@ -82,7 +82,7 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
         if name not in ("crank", "slide"):
             # Speed ratio of a shaft, and the losses of its mesh or belt.
             turns = _("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))
-            mesh = scene.transmissions.get(name, Transmission(ratio=ratio, efficiency=scene.efficiencies.get(name, 1.0)))
+            mesh = scene.transmissions.get(name, Transmission(ratio=ratio))
             on = place(mesh.on, article=True)
             near = _("{n} to one of {shaft}", n=number(figure(mesh.ratio, most=_DIGITS)), shaft=on)
             apart = mesh.on != "crank" or mesh.slip > 0.0  # the mesh has a ratio of its own
@@ -93,10 +93,8 @@ def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[SceneLine]:
                 words.append(_("efficiency {n} %", n=number(figure(100 * mesh.efficiency, most=_DIGITS))))
             if mesh.drag:
                 words.append(_("drag {value}", value=units.read(mesh.drag, "torque")))
-            if name in scene.compliances:
-                words.append(
-                    _("stiffness {value}", value=units.read(scene.compliances[name].stiffness, "angular_stiffness"))
-                )
+            if mesh.stiffness is not None:
+                words.append(_("stiffness {value}", value=units.read(mesh.stiffness, "angular_stiffness")))
             yield SceneLine("shaft", _("shaft {name}", name=name), "", ", ".join(words))
     for i in scene.inertias:
         value = _mass(i.value, _turns(i.on, scene), units)

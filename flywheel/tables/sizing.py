@@ -501,7 +501,7 @@ def speed_band(sizing: Sizing) -> tuple[float, float, float] | None:
     They are the simulated ones, or else those of the periodic motion.
     """
     confirmed, motion = sizing.simulation, sizing.run
-    if confirmed is not None and confirmed.speed_max is not None and confirmed.speed_min is not None:
+    if confirmed is not None:
         off = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
         return confirmed.speed_max, confirmed.speed_min, off
     if motion is None:
