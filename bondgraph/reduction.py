@@ -139,36 +139,7 @@ class Reduction:
 
     def __call__(self, phi: Any, anchor: Any = None, ns: Any = np) -> Reduced:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
-        return self._reduced(_LawPositions(self, phi, anchor, ns))
-
-    def _reduced(self, at: _LawPositions) -> Reduced:
-        flows = at.flows
-        inertia: Any = 0.0
-        slope: Any = 0.0
-        steepness: Any = 0.0
-        for flow, value in self._lumped.items():
-            gain, gain_slope = flows.gain[flow], flows.slope[flow]
-            momentum = value * gain
-            inertia = inertia + momentum * gain
-            if gain_slope is not _ZERO:
-                steep = momentum * gain_slope
-                slope, steepness = slope + steep, steepness + abs(steep)
-        moment: Any = 0.0
-        per_unknown: Any = 0.0
-        exchanged: Any = 0.0
-        for element, flow, sign in self._acting(at)[0]:
-            gain = flows.gain[flow]
-            contribution = sign * at.effort(element) * gain
-            moment = moment + contribution
-            exchanged = exchanged + abs(contribution)
-            law = element.law
-            if isinstance(law, Law) and law.per_unknown is not None:
-                here, anchor = at.both(law.motion)
-                per_unknown = per_unknown + sign * law.per_unknown(here, anchor) * gain
-        resistance: Any = 0.0
-        for _, value, flow in self._resistors:
-            resistance = resistance + value * flows.gain[flow] ** 2
-        return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance, steepness + steepness)
+        return Station(self, phi, anchor, ns).reduced
 
     @property
     def moving(self) -> tuple[str, ...]:
@@ -177,11 +148,11 @@ class Reduction:
 
     def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
         """The positions phi, from which moments that depend on speed or time follow for any speeds."""
-        return Station(self, _LawPositions(self, phi, anchor, ns))
+        return Station(self, phi, anchor, ns)
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> FlowRates:
         """Flow gains and slopes alone."""
-        return _LawPositions(self, phi, anchor, ns).flows
+        return Station(self, phi, anchor, ns).flows
 
     def anchored(self, anchor: Any) -> FlowRates:
         """Flows at an anchor; those of the last single one are kept, because time stepping needs them repeatedly."""
@@ -211,7 +182,7 @@ class Reduction:
         """
         return self.at(phi, anchor).moments(unknown, by_name=by_name, speed=speed, time=time)
 
-    def _acting(self, at: _LawPositions) -> tuple[list[_Source], list[_Source]]:
+    def _acting(self, at: Station) -> tuple[list[_Source], list[_Source]]:
         """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
 
         Those of the last piece are kept, because time stepping needs them repeatedly.
@@ -227,91 +198,6 @@ class Reduction:
                         kept.append(source)
             self._in_piece = at.anchor, by_kind[0], by_kind[1]
         return self._in_piece[1:]
-
-
-class Station:
-    """Positions of a graph at which sources that depend on speed or time are evaluated, as often as required."""
-
-    def __init__(self, reduction: Reduction, at: _LawPositions) -> None:
-        self._reduction, self._at = reduction, at
-
-    @cached_property
-    def _anchor_flows(self) -> FlowRates:
-        return self._reduction.anchored(self._at.anchor)
-
-    @cached_property
-    def reduced(self) -> Reduced:
-        """I*, its slope and M* at these positions."""
-        return self._reduction._reduced(self._at)
-
-    def moments(self, unknown: float = 0.0, *, by_name: bool = False, speed: Any = None, time: Any = 0.0) -> dict[str, Any]:
-        """The share of M* of each source, by its part, or by its own name: `Reduction.moments` at these positions."""
-        gain, reduction = self._at.flows.gain, self._reduction
-        efforts = [(e, sign * self._at.effort(e, unknown) * gain[f]) for e, f, sign in reduction._sources]
-        if speed is not None:
-            efforts += [(e, effort + unknown * factor) for e, effort, factor in self.contributions(speed, time)]
-            efforts += [(e, -value * gain[f] ** 2 * speed) for e, value, f in reduction._resistors]
-        return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
-
-    def resistances(self) -> dict[str, Any]:
-        """Each resistor's share of R*, by the part that it belongs to."""
-        gain = self._at.flows.gain
-        return _by_part((e, value * gain[f] ** 2) for e, value, f in self._reduction._resistors)
-
-    def efforts(
-        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, unknown: float = 0.0
-    ) -> dict[str, Any]:
-        """The effort of every source with a law that acts there, by its own name, before it is reduced."""
-        still = {e.name: sign * self._at.effort(e, unknown) for e, _, sign in self._reduction._acting(self._at)[0]}
-        moving = zip(self._reduction._acting(self._at)[1], self.places(speed, time, anchor_speed, anchor_time), strict=True)
-        for (element, _, sign), (_, here, anchor) in moving:
-            law = element.law
-            assert isinstance(law, Law)
-            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor)
-            still[element.name] = sign * (law.effort(here, anchor) + unknown * per_unknown)
-        return still
-
-    def contributions(
-        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
-    ) -> list[tuple[Element, Any, Any]]:
-        """Every such source with its share of M* at speeds of the coordinate, and its factor of the unknown.
-
-        speed: arrays, or numbers of any kind that arrays multiply (jets, for slopes); `anchor_speed`, plain, and
-        `anchor_time` are speed and time at the anchors, where switches are decided. Without an anchor speed, or with one
-        for every position (`local`), switches that depend on speed are decided at the positions themselves.
-        """
-        rows = []
-        places = self.places(speed, time, anchor_speed, anchor_time, local=local)
-        for (_, law, _, sign, gain, *_), (element, here, anchor) in zip(self._moving, places, strict=True):
-            gain = sign * gain
-            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor) * gain
-            rows.append((element, law.effort(here, anchor) * gain, per_unknown))
-        return rows
-
-    def places(
-        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
-    ) -> list[tuple[Element, Here, Here]]:
-        """The arguments of the law of every such source, here and at the anchors."""
-        middle, angles = speed if anchor_speed is None else anchor_speed, []
-        then = time if anchor_time is None else anchor_time
-        for element, _, flow, _, gain, rate, here, anchor in self._moving:
-            constant = local or anchor_speed is None or flow in self._reduction.uniform
-            deciding = gain if constant else self._anchor_flows.gain[flow]
-            here = here._replace(speed=rate * speed, flow=gain * speed, time=time)
-            anchor = anchor._replace(speed=rate * middle, flow=deciding * middle, time=then)
-            angles.append((element, here, anchor))
-        return angles
-
-    @cached_property
-    def _moving(self) -> list[tuple[Element, Law, int, float, Any, float, Here, Here]]:
-        """The sources that depend on speed or time and act there: law, flow variable, sign, gain, rate of q, arguments."""
-        sources = []
-        for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction._moving else ():
-            law = element.law
-            assert isinstance(law, Law)
-            gain, rate = self._at.gain(flow), self._at.rate(law.motion.of)
-            sources.append((element, law, flow, sign, gain, rate, *self._at.both(law.motion)))
-        return sources
 
 
 def reduce(
@@ -344,7 +230,7 @@ def reduce(
 
 def _endless(reduction: Reduction, phi: float) -> str:
     """A line that names the elements without a finite value at a position."""
-    at, graph = _LawPositions(reduction, np.array([phi])), reduction.graph
+    at, graph = Station(reduction, np.array([phi])), reduction.graph
     values = [(e, "ratio", at.ratio(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "ratio's slope", at.ratio_slope(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "effort", at.effort(e)) for e, _, _ in reduction._sources]
@@ -358,8 +244,11 @@ def _endless(reduction: Reduction, phi: float) -> str:
 _ZERO = 0.0  # the one object that marks a slope as identically zero, so that constant chains cost no array work
 
 
-class _LawPositions:
-    """Displacements, motions and moduli at phi and at the anchors, each found once per walk."""
+class Station:
+    """Positions phi of a graph's coordinate: motions, moduli and flows there, each computed once, and what follows from it.
+
+    Moments of sources that depend on speed or time are evaluated there as often as required.
+    """
 
     def __init__(self, reduction: Reduction, phi: Any, anchor: Any = None, ns: Any = np) -> None:
         self.reduction, self.phi, self.anchor, self.ns = reduction, phi, phi if anchor is None else anchor, ns
@@ -499,8 +388,112 @@ class _LawPositions:
             return law(*(self.displacement(name, element) for name in law.of))
         return law
 
+    @cached_property
+    def _anchor_flows(self) -> FlowRates:
+        return self.reduction.anchored(self.anchor)
 
-def _assembled(step: Step, at: _LawPositions, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
+    @cached_property
+    def reduced(self) -> Reduced:
+        """I*, its slope and M* at these positions."""
+        flows, reduction = self.flows, self.reduction
+        inertia: Any = 0.0
+        slope: Any = 0.0
+        steepness: Any = 0.0
+        for flow, value in reduction._lumped.items():
+            gain, gain_slope = flows.gain[flow], flows.slope[flow]
+            momentum = value * gain
+            inertia = inertia + momentum * gain
+            if gain_slope is not _ZERO:
+                steep = momentum * gain_slope
+                slope, steepness = slope + steep, steepness + abs(steep)
+        moment: Any = 0.0
+        per_unknown: Any = 0.0
+        exchanged: Any = 0.0
+        for element, flow, sign in reduction._acting(self)[0]:
+            gain = flows.gain[flow]
+            contribution = sign * self.effort(element) * gain
+            moment = moment + contribution
+            exchanged = exchanged + abs(contribution)
+            law = element.law
+            if isinstance(law, Law) and law.per_unknown is not None:
+                here, anchor = self.both(law.motion)
+                per_unknown = per_unknown + sign * law.per_unknown(here, anchor) * gain
+        resistance: Any = 0.0
+        for _, value, flow in reduction._resistors:
+            resistance = resistance + value * flows.gain[flow] ** 2
+        return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance, steepness + steepness)
+
+    def moments(self, unknown: float = 0.0, *, by_name: bool = False, speed: Any = None, time: Any = 0.0) -> dict[str, Any]:
+        """The share of M* of each source, by its part, or by its own name: `Reduction.moments` at these positions."""
+        gain, reduction = self.flows.gain, self.reduction
+        efforts = [(e, sign * self.effort(e, unknown) * gain[f]) for e, f, sign in reduction._sources]
+        if speed is not None:
+            efforts += [(e, effort + unknown * factor) for e, effort, factor in self.contributions(speed, time)]
+            efforts += [(e, -value * gain[f] ** 2 * speed) for e, value, f in reduction._resistors]
+        return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
+
+    def resistances(self) -> dict[str, Any]:
+        """Each resistor's share of R*, by the part that it belongs to."""
+        gain = self.flows.gain
+        return _by_part((e, value * gain[f] ** 2) for e, value, f in self.reduction._resistors)
+
+    def efforts(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, unknown: float = 0.0
+    ) -> dict[str, Any]:
+        """The effort of every source with a law that acts there, by its own name, before it is reduced."""
+        still = {e.name: sign * self.effort(e, unknown) for e, _, sign in self.reduction._acting(self)[0]}
+        moving = zip(self.reduction._acting(self)[1], self.places(speed, time, anchor_speed, anchor_time), strict=True)
+        for (element, _, sign), (_, here, anchor) in moving:
+            law = element.law
+            assert isinstance(law, Law)
+            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor)
+            still[element.name] = sign * (law.effort(here, anchor) + unknown * per_unknown)
+        return still
+
+    def contributions(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
+    ) -> list[tuple[Element, Any, Any]]:
+        """Every such source with its share of M* at speeds of the coordinate, and its factor of the unknown.
+
+        speed: arrays, or numbers of any kind that arrays multiply (jets, for slopes); `anchor_speed`, plain, and
+        `anchor_time` are speed and time at the anchors, where switches are decided. Without an anchor speed, or with one
+        for every position (`local`), switches that depend on speed are decided at the positions themselves.
+        """
+        rows = []
+        places = self.places(speed, time, anchor_speed, anchor_time, local=local)
+        for (_, law, _, sign, gain, *_), (element, here, anchor) in zip(self._moving, places, strict=True):
+            gain = sign * gain
+            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor) * gain
+            rows.append((element, law.effort(here, anchor) * gain, per_unknown))
+        return rows
+
+    def places(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
+    ) -> list[tuple[Element, Here, Here]]:
+        """The arguments of the law of every such source, here and at the anchors."""
+        middle, angles = speed if anchor_speed is None else anchor_speed, []
+        then = time if anchor_time is None else anchor_time
+        for element, _, flow, _, gain, rate, here, anchor in self._moving:
+            constant = local or anchor_speed is None or flow in self.reduction.uniform
+            deciding = gain if constant else self._anchor_flows.gain[flow]
+            here = here._replace(speed=rate * speed, flow=gain * speed, time=time)
+            anchor = anchor._replace(speed=rate * middle, flow=deciding * middle, time=then)
+            angles.append((element, here, anchor))
+        return angles
+
+    @cached_property
+    def _moving(self) -> list[tuple[Element, Law, int, float, Any, float, Here, Here]]:
+        """The sources that depend on speed or time and act there: law, flow variable, sign, gain, rate of q, arguments."""
+        sources = []
+        for element, flow, sign in self.reduction._acting(self)[1] if self.reduction._moving else ():
+            law = element.law
+            assert isinstance(law, Law)
+            gain, rate = self.gain(flow), self.rate(law.motion.of)
+            sources.append((element, law, flow, sign, gain, rate, *self.both(law.motion)))
+        return sources
+
+
+def _assembled(step: Step, at: Station, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
     matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))

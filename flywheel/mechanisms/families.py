@@ -126,7 +126,7 @@ class Part(NamedTuple):
         >>> Part("ground", "the frame", alias="frame").name_in({"type", "frame"})
         'frame'
         """
-        return next((name for name in self.names if name in table), self.name)
+        return self.alias if self.alias and self.alias in table and self.name not in table else self.name
 
     @property
     def keys(self) -> tuple[Key, ...]:

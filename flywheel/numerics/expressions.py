@@ -336,7 +336,7 @@ def _sign_only(node: Node) -> frozenset[int]:
 def _uses_speed(node: Node) -> bool:
     if node.name in ("omega", "v"):
         return True
-    hidden = _sign_only(node)
+    hidden = _sign_only(node) if node.op in ("sign", "compare") else ()
     return any(_uses_speed(arg) for i, arg in enumerate(node.args) if i not in hidden)
 
 

@@ -27,7 +27,7 @@ from flywheel.numerics.jets import is_recorded
 
 __all__ = [
     "CONDITION", "DIMENSIONS", "LARGEST", "MOST", "PRODUCT", "UNITS", "Dimension", "QuantityError", "Unit", "aligned",
-    "columns", "convert", "exact_ratio", "figure", "half_width", "is_quantity", "middle_of", "parse_quantity",
+    "columns", "convert", "exact_ratio", "figure", "half_width", "middle_of", "parse_quantity",
     "parse_range", "parse_unit", "plain_number", "product", "quantity_text", "round_speed", "short", "split_quantity",
     "split_range", "written_here",
 ]  # fmt: skip
@@ -97,6 +97,10 @@ class Dimension(NamedTuple):
     def powers(self) -> tuple[int, int, int, int, int]:
         """Powers of metre, kilogram, second, ampere and kelvin."""
         return *self.mechanical, self.current, self.temperature
+
+    def fits(self, unit: Unit) -> bool:
+        """Tests whether a unit is one of this dimension."""
+        return unit.powers == self.powers and unit.angle in self.angles
 
     @property
     def expected(self) -> str:
@@ -234,7 +238,7 @@ def parse_quantity(value: object, dimension: str | None) -> float:
         ...
     flywheel.numerics.units.QuantityError: found "1,5 m", expected a length such as ... write 1.5, not 1,5
     """
-    number = _parse_text(value, dimension) if isinstance(value, str) else plain_number(value)
+    number = _in_text(value, dimension) if isinstance(value, str) else plain_number(value)
     if number is None:
         raise QuantityError(show(value), _expected(dimension))
     if not abs(number) < math.inf:
@@ -261,11 +265,6 @@ _BASES = {
     for name in names.split()
 }
 """Base units as libraries of quantities spell them."""
-
-
-def is_quantity(value: object) -> bool:
-    """Tests whether a value is a number with a unit of another library, such as pint's: it has base units."""
-    return all(hasattr(value, name) for name in ("to_base_units", "magnitude", "units"))
 
 
 def quantity_text(value: Any) -> Any:
@@ -318,16 +317,13 @@ def parse_unit(text: str, dimension: str | None) -> Unit:
     if dimension is not None and DIMENSIONS[dimension].si:
         expected = f"a unit of {dimension} such as {DIMENSIONS[dimension].si}"
     try:
-        unit = _unit(text.translate(_LOOKALIKES), dimension)
+        return _unit(text.translate(_LOOKALIKES), dimension)
     except QuantityError as error:
         raise QuantityError(quote(text), expected, error.advice) from None
-    if (advice := _mismatch(unit, text, dimension)) is not None:
-        raise QuantityError(quote(text), expected, advice)
-    return unit
 
 
 def convert(number: float | str, unit: Unit) -> float:
-    """The SI value nearest to a number (its shortest decimal) of a unit.
+    """The SI value nearest to a number (its shortest decimal) of a unit, rounded once.
 
     >>> convert(180.0, parse_unit("deg", "angle")) == np.pi
     True
@@ -336,7 +332,14 @@ def convert(number: float | str, unit: Unit) -> float:
     match = _NUMBER.fullmatch(text)
     if match is None:
         raise QuantityError(quote(text), "a number")
-    return _scaled(match, unit)
+    top, bottom = _ratio(match, unit)
+    try:
+        size: float = top / bottom
+    except OverflowError:
+        size = math.inf
+    if math.isinf(size) or (size == 0.0 and top):
+        raise QuantityError(quote(match.group()), "a number within the floating-point range")
+    return -0.0 if size == 0.0 and match[1] == "-" else size
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:
@@ -352,7 +355,7 @@ def split_quantity(text: str) -> tuple[str, str] | None:
     return match.group().strip(), plain[match.end() :].strip()
 
 
-def _parse_text(text: str, dimension: str | None) -> float:
+def _in_text(text: str, dimension: str | None) -> float:
     """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone only if none is needed."""
     parts = split_quantity(text) if len(text) <= _TEXT_LENGTH else None
     if parts is None:
@@ -370,15 +373,11 @@ def _parse_text(text: str, dimension: str | None) -> float:
             unit = _unit(rest, dimension)
         except QuantityError as error:
             raise QuantityError(quote(text), _expected(dimension), error.advice) from None
-        if (mismatch := _mismatch(unit, rest, dimension)) is not None:
-            raise QuantityError(quote(text), _expected(dimension), mismatch)
     elif dimension not in (None, "number"):
         si = DIMENSIONS[dimension].si
         missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
         raise QuantityError(quote(text), _expected(dimension), missing)
-    match = _NUMBER.fullmatch(number)
-    assert match is not None  # split_quantity cut it by the same pattern
-    return _scaled(match, unit)
+    return convert(number, unit)
 
 
 def exact_ratio(value: object, dimension: str | None) -> tuple[int, int]:
@@ -451,8 +450,8 @@ def half_width(value: object, dimension: str | None) -> tuple[int, int]:
     if not top > 0:
         raise QuantityError(quote(half), "half the width of a range, above 0", 'such as "80 mm ± 0.1 mm"')
     whole = exact_ratio(middle, dimension)
-    own, other = (_unit((split_quantity(each) or ("", ""))[1] or "%", dimension).powers for each in parts)
-    if own != other and not share:  # of a quantity that may have any dimension
+    own, other = (_unit((split_quantity(each) or ("", ""))[1] or "%", None).powers for each in parts)
+    if own != other and dimension is None and not share:
         raise QuantityError(quote(half), "half the width of a range, in a unit of its middle", 'such as "80 mm ± 0.1 mm"')
     of = [abs(each) for each in whole] if share else [1, 1]
     return top * of[0], bottom * of[1]
@@ -470,32 +469,28 @@ def _ratio(match: re.Match[str], unit: Unit) -> tuple[int, int]:
     return digits * unit.numerator * 10 ** max(power, 0), unit.denominator * 10 ** max(-power, 0)
 
 
-def _scaled(match: re.Match[str], unit: Unit) -> float:
-    """Decimal times unit, rounded once. Raises where the result leaves the floating-point range."""
-    top, bottom = _ratio(match, unit)
-    try:
-        size: float = top / bottom
-    except OverflowError:
-        size = math.inf
-    if math.isinf(size) or (size == 0.0 and top):
-        raise QuantityError(quote(match.group()), "a number within the floating-point range")
-    return -0.0 if size == 0.0 and match[1] == "-" else size
-
-
 def _unit(text: str, dimension: str | None) -> Unit:
-    """The unit that a text spells, whatever its dimension."""
+    """The unit that a text spells; one of the dimension, if that is known."""
     spelt = re.sub(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m.group().translate(_SUPERSCRIPTS), text.strip())
     if len(spelt) > _TEXT_LENGTH or "(" in spelt or ")" in spelt:
         raise QuantityError(quote(text), "a unit", "write no brackets: everything after / divides")
-    if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
-        return UNITS["min"] ** -1 if dimension == "rate" else UNITS["rpm"]
     above, *below = spelt.split("/")
     unit = Unit()
-    for k, part in enumerate((above, *below)):
-        if k or not (below and part.strip() in ("", "1")):
-            for text in re.split(r"\s*[·*]\s*|\s+", part.strip()):
-                factor = _factor(text, dimension)
-                unit *= factor**-1 if k else factor
+    if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
+        unit, below = UNITS["min"] ** -1 if dimension == "rate" else UNITS["rpm"], []
+    else:
+        for k, part in enumerate((above, *below)):
+            if k or not (below and part.strip() in ("", "1")):
+                for name in re.split(r"\s*[·*]\s*|\s+", part.strip()):
+                    factor = _factor(name, dimension)
+                    unit *= factor**-1 if k else factor
+    if dimension is None:
+        return unit
+    own = DIMENSIONS[dimension]
+    if dimension == "torque" and unit.powers == own.powers and _ENERGIES & set(re.findall(r"[^\W\d_]+", text)):
+        raise QuantityError(quote(text), "a unit", "that is an energy: write a torque in N m")
+    if not own.fits(unit):
+        raise QuantityError(quote(text), "a unit", _mismatch(unit, own))
     return unit
 
 
@@ -535,24 +530,17 @@ def _unknown(name: str, power: int, dimension: str | None) -> str:
     return f"{quote(name)} is no unit" + (f", {near}" if near else "")
 
 
-def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
-    """Reason why a unit does not fit a dimension, as advice; None if it does."""
-    if dimension is None:
-        return None
-    own_unit = DIMENSIONS[dimension]
-    if dimension == "torque" and unit.powers == own_unit.powers and _ENERGIES & set(re.findall(r"[^\W\d_]+", text)):
-        return "that is an energy: write a torque in N m"
-    if unit.powers == own_unit.powers and unit.angle in own_unit.angles:
-        return None
-    if unit.powers == own_unit.powers and dimension in ("angle", "speed"):
+def _mismatch(unit: Unit, dimension: Dimension) -> str:
+    """Reason why a unit does not fit a dimension, as advice."""
+    if unit.powers == dimension.powers and dimension.name in ("angle", "speed"):
         return "name the angle: write rad, deg or rev" if unit.angle == 0 else "the angle's power does not fit"
-    length, mass, time, *others = own_unit.powers
+    length, mass, time, *others = dimension.powers
     if unit.powers == (length - 1, mass, time + 2, *others) and mass:
         return "kg and lb are masses: write N, kgf or lbf"
     if unit.powers == (length + 1, mass, time - 2, *others) and mass:
         return "N, kgf and lbf are forces: write kg or lb"
     for other in DIMENSIONS.values():
-        if unit.powers == other.powers and unit.angle in other.angles:
+        if other.fits(unit):
             return f"that is a unit of {other.name}" if other.si else "that is a plain number"
     return "the unit does not fit"
 

@@ -225,7 +225,7 @@ class Item(NamedTuple):
 
     def one(self, *names: str) -> str:
         """The one of some keys that is present; empty if none or several are."""
-        present = self.present(*names)
+        present = [name for name in names if name in self.raw]
         return present[0] if len(present) == 1 else ""
 
     def without(self, names: Iterable[str], because: str, advice: str = "") -> None:

@@ -731,7 +731,7 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         faults.add(f"{path}.driver", defect, "the name of one, of one degree of freedom", advice)
         return None
     parts = tuple(Key(part.name_in(raw), "part", part.about) for part in kind.parts)
-    twins = [part for part in kind.parts if all(name in raw for name in part.names[1:]) and part.name in raw and part.alias]
+    twins = [part for part in kind.parts if part.alias and part.alias in raw and part.name in raw]
     for part in twins:
         defect = f"{part.alias} together with {part.name}, which is the same"
         faults.add(f"{path}.{part.alias}", defect, "one of the two", f"leave {part.alias} out")

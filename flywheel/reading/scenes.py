@@ -25,7 +25,6 @@ from flywheel.numerics.jets import cos, is_recorded
 from flywheel.numerics.units import (
     QuantityError,
     Unit,
-    is_quantity,
     middle_of,
     parse_range,
     parse_unit,
@@ -461,7 +460,8 @@ def _plain(raw: Any, depth: int = 0) -> Any:
     if isinstance(raw, (list, tuple)):
         values = [_plain(value, depth + 1) for value in raw]
         return values if any(one is not other for one, other in zip(values, raw, strict=True)) else raw
-    return quantity_text(raw) if is_quantity(raw) else raw
+    is_quantity = all(hasattr(raw, name) for name in ("to_base_units", "magnitude", "units"))  # such as pint's
+    return quantity_text(raw) if is_quantity else raw
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:

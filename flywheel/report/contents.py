@@ -461,7 +461,7 @@ def _in_si(value: Any, key: str) -> str:
     except (QuantityError, SceneError):
         return ""
     for dimension in DIMENSIONS.values() if named is None else (DIMENSIONS[named],):
-        if dimension.powers == unit.powers and unit.angle in dimension.angles and dimension.name != "moment of weight":
+        if dimension.fits(unit) and dimension.name != "moment of weight":
             si = dimension.si.replace("^2", "²").replace("^3", "³")
             return quantity(si_value, si) if si else number(si_value)
     return ""

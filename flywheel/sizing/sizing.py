@@ -13,6 +13,7 @@ import numpy as np
 from flywheel.components.wheel_stresses import ARMS, LIGHTEST, MEAN
 from flywheel.components.wheels import choose
 from flywheel.machine.equation import NoMotionError, moments_on
+from flywheel.machine.loads import FrictionCurve
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, counted
@@ -23,7 +24,7 @@ from flywheel.regime.joint_friction import friction_along, machine_of
 from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import scene as levels
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Mechanism, Scene
 from flywheel.sizing.drive import (
     drive_work,
     energy,
@@ -180,13 +181,13 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     # wheel
     inertia = flywheel.exact if scene.inertia is None else scene.inertia
     irregularity = scene.irregularity if confirmed.motion is None else confirmed.motion.irregularity
-    built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime)
+    built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime) if scene.wheel else (None, ())
 
     # result
     reached = scene.irregularity if flywheel.needed or regime.run is None else regime.run.irregularity
     limits, binding = regime.limits, regime.binding
     if not limits:
-        limits, binding = _limits(scene, flywheel.exact, errors.exact, reached)
+        limits, binding = _limits(scene, flywheel.exact, errors.exact, reached) if scene.limits else ({}, None)
     limits = {name: limit._replace(simulated=confirmed.limited.get(name)) for name, limit in limits.items()}
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
@@ -196,12 +197,12 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     messages = (
         *_missed(errors, rtol, remainder, regime.cyclic),
         *regime.messages,
-        *_redundant(scene),
+        *(message for mechanism in scene.mechanisms if mechanism.linkage for message in _redundant(mechanism)),
         *(() if scene.motor is None else scene.motor.doubts),
         *(() if inverter is None else trip_messages(inverter.trips)),
         *(() if servo is None else servo_messages(servo)),
         *confirmed.messages,
-        *_of_friction(regime, friction, flywheel.exact),
+        *(() if machine.friction is None else _of_friction(regime, machine.friction, friction, flywheel.exact)),
         *of_wheel,
     )
     return Sizing(
@@ -369,10 +370,11 @@ def _at_constant_speed(regime: Regime) -> ConstantSpeed:
     )
 
 
-def _of_friction(regime: Regime, friction: FrictionIteration | None, exact: float | None) -> Iterator[str]:
+def _of_friction(
+    regime: Regime, curve: FrictionCurve, friction: FrictionIteration | None, exact: float | None
+) -> Iterator[str]:
     """Message on friction in joints: the speed at which it was taken, and the result at another."""
-    curve = regime.machine.friction
-    if curve is not None and curve.speed is not None:
+    if curve.speed is not None:
         taken = f"friction in joints is taken at a constant crank speed of {curve.speed:.6g} rad/s"
         yield f"{taken}, and so is its share of the moment"
     if friction is None or not friction.rounds:
@@ -488,7 +490,7 @@ def _limits(
     scene: Scene, exact: float | None, error: float | None, reached: float | None
 ) -> tuple[dict[str, Limit], str | None]:
     """The irregularity if it is the only limit, which the exact flywheel is for; and its name if a flywheel is needed."""
-    if not scene.limits or exact is None or reached is None:
+    if exact is None or reached is None:
         return {}, None
     limit = {name: Limit(limit, reached, exact, None, error or 0.0, error or 0.0) for name, limit in scene.limits.items()}
     return limit, next(iter(limit)) if exact > 0.0 else None
@@ -511,16 +513,14 @@ def _missed(errors: Errors, rtol: float, remainder: str, cyclic: Stability | Non
         yield from (f"rtol {rtol:.1g} not reached: {what} (estimated, relative)" for what in figures)
 
 
-def _redundant(scene: Scene) -> Iterator[str]:
-    """Messages on linkages with redundant constraints."""
-    for mechanism in scene.mechanisms:
-        if mechanism.linkage is not None:
-            from flywheel.mechanisms import linkage  # only scenes with linkages need it
+def _redundant(mechanism: Mechanism) -> Iterator[str]:
+    """Message on a linkage with redundant constraints."""
+    from flywheel.mechanisms import linkage  # only scenes with linkages need it
 
-            mobility = linkage.followed(mechanism).solution.mobility
-            if mobility.redundant:
-                what = "; ".join(mobility.redundant)
-                yield f"{mechanism.name} has redundant constraints (Gruebler counts {mobility.gruebler}, not 1): {what}"
+    mobility = linkage.followed(mechanism).solution.mobility
+    if mobility.redundant:
+        what = "; ".join(mobility.redundant)
+        yield f"{mechanism.name} has redundant constraints (Gruebler counts {mobility.gruebler}, not 1): {what}"
 
 
 def _wheel(
@@ -548,8 +548,7 @@ def _wheel(
 
     """
     rim = scene.wheel
-    if rim is None:
-        return None, ()
+    assert rim is not None
     if not inertia:
         return None, ("no wheel is chosen, as no flywheel is needed",)
     ratio, run = scene.flywheel_ratio, None if regime is None else regime.run
@@ -614,8 +613,9 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, own_inertia) if figure is None else (figure, eps or 0.0)
-    built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
-    limits, binding = _limits(scene, figure, error, eps)
+    own = inertia, scene.speed, irregularity, None, fluctuation, error
+    built, of_wheel = _wheel(scene, *own) if scene.wheel else (None, ())
+    limits, binding = _limits(scene, figure, error, eps) if scene.limits else ({}, None)
     return Sizing(
         scene=scene,
         speed=scene.speed,
