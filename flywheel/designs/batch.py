@@ -170,13 +170,13 @@ def summed_values(values: Array, givens: DesignValues, edges: Array) -> Sums:
         exchanged = (_times(_WEIGHTS, values[3:4])[0, 0] * half).sum(axis=0)
         share = np.abs(balance) * size / np.maximum(exchanged, 1e-300)
         spread = turning_moment.spread_of(by_unknown, size, share)
-    cycle = assembled(edges, values, spread)
+    cycle = assembled(edges, values, spread, givens.by_directions)
     square, eps = givens.speed**2, givens.irregularity
     factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
     return summed(cycle, factors, givens, balance=balance, by_unknown=by_unknown)
 
 
-def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycles:
+def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_directions: Array | float = 0.0) -> Cycles:
     """The cycles of designs from their values at the nodes; see `turning_moment.assembled`.
 
     Args:
@@ -184,6 +184,7 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycle
         values: M* (balance included), dI*/dphi, I* and the sums of |contributions| to the first two at the nodes, with a
             place for either end of a cell, (5 at least, points, cells, designs).
         spread: see `turning_moment.spread_of_closing`.
+        by_directions: see `Machine.by_directions`.
 
     """
     half, end = 0.5 * (edges[1:] - edges[:-1]), edges[-1]
@@ -206,11 +207,13 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array]) -> Cycle
     work = spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0])
     variation = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + np.abs(start[1, -1])) + 0.5**0.5 * by_chance[1]
     variation += left_inside[1]
+    work += 0.5 * by_directions * np.sqrt(end * np.abs(accumulated[2].sum(axis=0)))
     by_cell[0] *= spread[0]
     inside[0] *= spread[0]
     left_inside[0] *= spread[0]
     steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
     noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
+    noise[0] += by_directions * np.sqrt(sizes)
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
     mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
     errors = work, variation, net, inertias, tails[:2], by_cell, inside, left_inside

@@ -283,7 +283,7 @@ def fitted(v: Any, s: Any, w: Any, folded: Any) -> None:
 
 
 @_compiled
-def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
+def summed(v: Any, s: Any, w: Any, c: Any, by_directions: Any, first: bool) -> None:
     """Adds one cell to the sums of a cycle, and to the noise of its series; see `turning_moment.assembled`."""
     for row in range(2):
         own, size = row * _L, (row + 3) * _P
@@ -332,6 +332,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
             mean += _MEAN[k] * s[(2 * ORDER + k) * _L + i]
         error = w[_TAILS + 2 * _L + i] + INERTIA_ROUNDING * most + 2 * ROUNDING * w[_END + i] * steep
         w[_INERTIA + i] = error
+        w[_NOISE + i] += by_directions[i] * math.sqrt(most)
         c[_WORST + i] = max(c[_WORST + i], error)
         c[_MOST + i] = max(c[_MOST + i], largest)
         c[_AREA + i] += mean * w[_HALF + i]
@@ -339,7 +340,7 @@ def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
 
 
 @_compiled
-def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unknown: bool, out: Any) -> None:
+def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, by_directions: Any, out: Any) -> None:
     """Series, accumulated values and every error of a cycle."""
     number = values.shape[0]
     c[:] = 0.0
@@ -348,7 +349,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         for i in range(2 * _L):
             w[_START + i] = 0.0 if cell == 0 else cellwise[cell - 1, _STOP // _L + i // _L, i % _L]
         fitted(v, s, w, folded)
-        summed(v, s, w, c, cell == 0)
+        summed(v, s, w, c, by_directions, cell == 0)
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
         out[_START_AT, i] = values[0, 2, 0, i]
@@ -360,6 +361,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unkn
         anywhere = c[_CUT + i] + SHIFT * c[_SWING + i] + BY_ANGLES * math.sqrt(c[_SHIFTED + i])  # all of every cell
         out[_OF_NET, i] = MOMENT_ROUNDING * c[_SIZE + i] + anywhere
         out[_WORK_ERROR, i] = of_exchange * MOMENT_ROUNDING * c[_SIZE + i] + spread * anywhere
+        out[_WORK_ERROR, i] += 0.5 * by_directions[i] * math.sqrt(end * abs(c[_AREA + i]))
         k = _L + i
         once = MOMENT_ROUNDING * c[_SIZE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
         out[_VARIATION, i] = c[_CUT + k] + 0.5 * once + math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
@@ -600,7 +602,7 @@ def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknow
         doubt[:] = 0.0
         cellwise[:, 0], cellwise[:, 1], cellwise[:, 2], cellwise[:, 3] = half[g], middle[g], edges[g, 1:], edges[g, number]
         balanced(values[g], cellwise, unknown, out[g])
-        errors_of(values[g], series, cellwise, sums_of, folded, unknown, out[g])
+        errors_of(values[g], series, cellwise, sums_of, folded, factors[g, 6], out[g])
         extremes = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
         polished(series, cellwise, factors[g], where, between, extremes, doubt, block)
         compared(series, cellwise, factors[g], where, between, extremes, best, doubt, out[g])
@@ -646,7 +648,7 @@ def sums(pieces: Pieces, givens: DesignValues, columns: Array, edges: Array) -> 
     count = edges.shape[1]
     square, eps = givens.speed**2, givens.irregularity
     fast, slow = (-0.5 * (1 + sign * eps / 2) ** 2 * square for sign in (1, -1))
-    factors = _grouped(count, 0.0, fast, slow, -0.5 * square, 1.0, givens.loose)
+    factors = _grouped(count, 0.0, fast, slow, -0.5 * square, 1.0, givens.loose, givens.by_directions)
     (at, middle, half), fill = _filled(pieces, columns, edges)
     groups, number, _ = half.shape
     size = max(1, _BLOCK_CELLS // number)

@@ -396,7 +396,8 @@ def _cycle(moments: DesignMoments, rate: Rate, unknown: Array) -> batch.Cycles:
         into[1:-1] = row.transpose(2, 1, 0)
     balanced = moments.machine.scene.unknown is not None
     spread = spread_of_closing(rate, moments.mesh, balanced=balanced, unknown=unknown)
-    return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread)
+    by_directions = moments.structure.givens(moments.columns).by_directions
+    return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread, by_directions)
 
 
 # -- flywheels that keep limits ------------------------------------------------------------------------------------------

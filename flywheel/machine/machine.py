@@ -34,7 +34,7 @@ from flywheel.numerics.expressions import BOOLEAN, Expression, walk
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import Jet, cos, sin
+from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import (
     CELL_CAP,
     Enclosures,
@@ -682,9 +682,9 @@ class Machine:
                 what = f"{name}.{mass.velocity}.{'J' if rotating[mass.velocity] else 'm'}_{mass.body}"
                 inertia = I(_free(builder, what), mass.value, part=f"{name}.{mass.body}")
                 builder.port(_junction(mechanism, mass.velocity), inertia)
-            for place, force, body in self._weights(mechanism):
-                what = _free(builder, f"{name}.{place}.G_{body}")
-                builder.port(_junction(mechanism, place), Se(what, force, part=f"weight of {name}.{body}"))
+            for weight, force, _rounded in families.forces_along(family.weights, scene.gravity):
+                what = _free(builder, f"{name}.{weight.velocity}.G_{weight.body}")
+                builder.port(_junction(mechanism, weight.velocity), Se(what, force, part=f"weight of {name}.{weight.body}"))
         for item in scene.inertias:
             name, _, port = item.on.partition(".")
             kinks = self._families[name].ports[port].kinks if port else ()
@@ -711,7 +711,8 @@ class Machine:
             for v in family.velocities:
                 parents[f"{mechanism.name}.{v.name}"] = tuple(_junction(mechanism, term.source) for term in v.terms)
             carrying |= {_junction(mechanism, mass.velocity) for mass in family.masses}
-            carrying |= {_junction(mechanism, velocity) for velocity, _, _ in self._weights(mechanism)}
+            weights = families.forces_along(family.weights, self.scene.gravity)
+            carrying |= {_junction(mechanism, weight.velocity) for weight, _, _ in weights}
         todo = list(carrying)
         while todo:
             fresh = [p for p in parents.get(todo.pop(), ()) if p not in carrying]
@@ -719,14 +720,13 @@ class Machine:
             todo += fresh
         return carrying
 
-    def _weights(self, mechanism: Mechanism) -> Iterator[tuple[str, float, str]]:
-        """Velocity, force (N) along it and body of every weight."""
-        gx, gy = self.scene.gravity or (0.0, 0.0)
-        for weight in self._families[mechanism.name].weights if self.scene.gravity is not None else ():
-            upright = weight.direction == 0.5 * np.pi  # the cosine of this float is not 0
-            force = weight.mass * (gy if upright else gx * cos(weight.direction) + gy * sin(weight.direction))
-            if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
-                yield weight.velocity, force, weight.body
+    @cached_property
+    def by_directions(self) -> float:
+        """Error of M* by rounded directions of weights and their paths over sqrt(I*), sqrt(kg) m/s²."""
+        error = families.by_directions((w for family in self._families.values() for w in family.weights), self.scene.gravity)
+        for share in self.scene.efficiencies.values():
+            error /= share
+        return error
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
         """Loads, drive, friction, springs and dampers; the motor's own graph, if it has one, in place of its law."""

@@ -349,7 +349,7 @@ Mask = NDArray[np.bool_]
 _WIDTH_ROUNDING = 1e-12  # of a cell's width: what rounding may add
 _SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
 _BLOCK_DESIGNS = 2_000  # designs whose cells are looked at together
-_FASTEST, _TYPICAL = 6, 7  # rows of a structure's numbers
+_FASTEST, _TYPICAL = 7, 8  # rows of a structure's numbers
 _MOST_GUARDS = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
 
 
@@ -358,7 +358,8 @@ class DesignValues(NamedTuple):
 
     `unknown` is true if there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
     torque (N m), None if that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
-    its irregularity is then unknown. `loose` is the relative error of the squares of the extreme speeds.
+    its irregularity is then unknown. `loose` is the relative error of the squares of the extreme speeds, `by_directions`
+    (sqrt(kg) m/s²) what rounded directions of weights leave; see `Machine.by_directions`.
     """
 
     speed: Array
@@ -370,6 +371,7 @@ class DesignValues(NamedTuple):
     torque: Array | float | None = None
     inertia: Array | None = None
     loose: Array | float = 0.0
+    by_directions: Array | float = 0.0
 
     def of(self, which: Index) -> DesignValues:
         """The values of some designs."""
@@ -498,7 +500,7 @@ class Structure:
 
     def givens(self, columns: Array) -> DesignValues:
         """Speed, irregularity and drive of every design."""
-        speed, irregularity, ratio, drive, torque, inertia, *_ = _at(self.numbers, columns)
+        speed, irregularity, ratio, drive, torque, inertia, by_directions, *_ = _at(self.numbers, columns)
         driven, numbers, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
         return DesignValues(
             speed=speed,
@@ -509,6 +511,7 @@ class Structure:
             drive=drive if driven else None,
             torque=torque if numbers else None,
             inertia=inertia if analysed else None,
+            by_directions=by_directions,
         )
 
     def kept(self, columns: Array) -> Mask:
@@ -702,7 +705,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     drive, nothing = scene.drive, float("nan")
     torque = nothing if drive is None or isinstance(drive.law, Expression | Table | None) else drive.law
     numbers: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio, drive and scene.shafts[drive.on], torque]
-    numbers += [scene.inertia, machine.fastest, machine.typical_speed, *machine.motor_speeds]
+    numbers += [scene.inertia, machine.by_directions, machine.fastest, machine.typical_speed, *machine.motor_speeds]
     structure = Structure(
         paths=paths,
         twin=twin,

@@ -9,7 +9,7 @@ records come parts that chains share, limits where a crank locks, and the ends o
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import chain, pairwise
@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 from bondgraph.recording import NAMESPACE
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
+from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import acos, acosh, is_recorded, present
+from flywheel.numerics.jets import acos, acosh, cos, is_recorded, present, sin, sqrt
 from flywheel.numerics.switching import SwitchingError, followed, roots
 from flywheel.scene.scene import BODY, Body, Key, Mechanism, length
 
@@ -448,6 +449,43 @@ def sliding(mechanism: Mechanism, name: str, direction: float, source: str = "cr
     mass = body(mechanism, name).mass
     weight = () if mass == 0 else (Weight(name, mass, direction, name),)
     return Parts((driven(name, False, source),), carried(name, mass, name), weight)
+
+
+def forces_along(weights: Iterable[Weight], gravity: tuple[float, float] | None) -> Iterator[tuple[Weight, float, float]]:
+    """Weights with a force along their paths: F (N), and how much rounding in units of its directions changes it (N).
+
+    F = m (gx cos a + gy sin a) changes by m |gx sin a - gy cos a| for each radian of either direction. That of the path is
+    off by |a| units at most, that of gravity by pi, and none along an axis.
+
+    >>> [(_, force, rounded)] = forces_along([Weight("slider", 2.0, 3.0, "slider")], (0.0, -10.0))
+    >>> round(force, 3), round(rounded, 3)
+    (-2.822, 59.4)
+
+    """
+    if gravity is None:
+        return
+    gx, gy = gravity
+    along_axis = any(not is_recorded(part) and part == 0.0 for part in gravity)
+    for weight in weights:
+        if weight.direction == 0.5 * pi:  # the cosine of this float is not 0
+            force, across, angle = weight.mass * gy, gx, 0.0
+        elif not is_recorded(weight.direction) and weight.direction == 0.0:
+            force, across, angle = weight.mass * gx, gy, 0.0
+        else:
+            cosine, sine, angle = cos(weight.direction), sin(weight.direction), abs(weight.direction)
+            force, across = weight.mass * (gx * cosine + gy * sine), gx * sine - gy * cosine
+        if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
+            yield weight, force, weight.mass * abs(across) * (angle if along_axis else angle + pi)
+
+
+def by_directions(weights: Iterable[Weight], gravity: tuple[float, float] | None) -> float:
+    """Factor c of the error c sqrt(I*) that M* has by rounded directions of weights and paths, sqrt(kg) m/s².
+
+    Forces of masses m that are off by d change M* by d g with the velocities g for each rad/s of the crank, in all by no
+    more than sqrt(sum d²/m) sqrt(sum m g²), and I* is at least the second sum.
+    """
+    squares: Any = sum(rounded * rounded / weight.mass for weight, _, rounded in forces_along(weights, gravity))
+    return ROUNDING * sqrt(squares)
 
 
 def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:

@@ -101,6 +101,20 @@ def test_designs_at_once_are_those_one_by_one(name: str, engine: str) -> None:
         assert not (found.errors[key][found.ways <= designs.REFINED] > 1e-10).any()
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_rounded_directions_of_weights_are_in_the_errors_of_designs_at_once(engine: str) -> None:
+    """Of a weight at 91° to its path they are nearly all of it, and as great as in a sizing alone."""
+    if engine == "numba":
+        extra("numba")
+    bodies = {"crank": {"length": 0.4, "inertia": 1}, "yoke": {"mass": 60, "direction": "-123 deg"}}
+    tables = yoke(mechanism={"type": "scotch-yoke", **bodies}, gravity={"direction": "146 deg"}, load=[])
+    scene, paths, columns = flywheel.load(tables), ("mechanism.yoke.mass",), np.array([[40.0, 50.0, 60.0]])
+    together = designs.sized(scene, paths, columns, 1e-10, engine)
+    alone = designs.sized(scene, paths, columns, 1e-10, "size")
+    for name in ("energy_fluctuation", "exact"):
+        np.testing.assert_allclose(together.errors[name], alone.errors[name], rtol=0.2)
+
+
 # Designs sized many at once by what they share: families, windows, switches and narrow laws that move with their numbers.
 #
 # Each is held against `size` of that design alone; how many were found together is held too, as a loss would show

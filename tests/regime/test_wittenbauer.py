@@ -125,6 +125,19 @@ def test_the_worst_share_of_rounding_is_the_bound_itself():
     assert worst == pytest.approx(factor) == pytest.approx(9 / 16)
 
 
+@pytest.mark.parametrize("direction", [17, -43, 71, 109, -123, 155, -171])
+@pytest.mark.parametrize("tilt", [89, 91])
+def test_rounded_directions_of_a_weight_all_but_square_to_its_path_are_in_the_error_of_its_work(direction, tilt):
+    """The yoke rises by 2 r, and its force is m g sin 1°: both directions are rounded, as if m g were."""
+    bodies = {"crank": {"length": 0.375, "inertia": 1}, "yoke": {"mass": 60.5, "direction": f"{direction} deg"}}
+    gravity = {"g": 9.75, "direction": f"{direction + tilt} deg"}
+    result = sized(scenes.yoke(mechanism={"type": "scotch-yoke", **bodies}, gravity=gravity, load=[]))
+    true = 60.5 * 9.75 * 0.75 * mpmath.sin(mpmath.pi / 180)
+    off = abs(result.energy_fluctuation - true) / (2 * true)  # up and down again: the work exchanged
+    assert off <= result.error.work <= 1e-13
+    assert result.error.exact >= off
+
+
 def coarsely(scene, edges):
     """The exact flywheel's figures on given cells."""
     machine = Machine(flywheel.load(scene))
