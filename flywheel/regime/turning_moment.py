@@ -558,6 +558,12 @@ class Run(NamedTuple):
         mean = 0.5 * (self.speed_max + self.speed_min)
         return self.level * mean**2 / np.maximum(np.maximum(self.speed_max * self.speed_min, ROUNDING * mean**2), 1e-300)
 
+    @property
+    def error_about_mean(self) -> float:
+        """Relative error of the extreme speeds w (1 ± eps/2), whose mean w is exact: at the slower, w d eps/2 over it."""
+        mean = 0.5 * (self.speed_max + self.speed_min)
+        return 0.5 * self.error * self.irregularity * mean / max(self.speed_min, ROUNDING * mean) + 4 * ROUNDING
+
 
 def run(cycle: Cycle, speed: float, inertia: float) -> Run:
     """The motion whose mean of greatest and least speed is `speed` w (rad/s), by Newton's method on its irregularity eps.
@@ -667,7 +673,9 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
 
     An error of energy matters more at low speed: that of the level, with its rounding, has the factor (w_a/omega)², that of
-    the mean of extremes w_a/omega, both in the mean over time.
+    the mean of extremes w_a/omega, both in the mean over time. Root, product, reciprocal and weight of a value are rounded
+    by half a unit each, and so are the sums of positive terms in a cell and over the cells; a term passes 16 in the mean at
+    most: ten units.
     """
 
     def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
@@ -683,7 +691,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     slower = (motion.speed or speed) * slowness
     once, twice = (float(cells.integral(slowness * slower**n, half).sum()) / total for n in (1, 2))
     pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
-    return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 24 * ROUNDING
+    return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 10 * ROUNDING
 
 
 # -- errors of angles ------------------------------------------------------------------------------------------------------

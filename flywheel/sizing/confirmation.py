@@ -71,10 +71,10 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
         slides = "the motion slides along a law that jumps at a speed; make the law steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
-    error, of_period = _disagreement(motion, limited, regime, run)
+    error, of_period, of_speeds = _disagreement(motion, limited, regime, run)
     if not (error <= _HOPELESS and motion.speed_min > 0.0):
         raise UnconfirmedError("not confirmed in time: the result of stepping is lost in its own error")
-    confirmed = Confirmed(motion, error, of_period, (), limited)
+    confirmed = Confirmed(motion, error, of_period, of_speeds, limited=limited)
     return _with_approximate(regime, confirmed, partial(_approximate_in_time, regime), approximate)
 
 
@@ -96,10 +96,10 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NO_SOLUTION) from None
-    error, of_period = _disagreement(motion, limited, regime, run)
+    error, of_period, of_speeds = _disagreement(motion, limited, regime, run)
     if not error <= _HOPELESS:
         raise UnconfirmedError(_NO_SOLUTION)
-    confirmed = Confirmed(motion, error, of_period, (), limited)
+    confirmed = Confirmed(motion, error, of_period, of_speeds, limited=limited)
     return _with_approximate(regime, confirmed, partial(_approximate_by_collocation, regime, thirds), approximate)
 
 
@@ -127,10 +127,10 @@ def _with_approximate(
     return confirmed._replace(motion=motion, error=max(error, 8 * ROUNDING + doubt))
 
 
-def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Regime, run: Run) -> tuple[float, float]:
+def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Regime, run: Run) -> tuple[float, float, float]:
     """Largest relative difference between these figures and those of the regime's run, with the run's own error.
 
-    First that of all figures, then that of the period alone.
+    First that of all figures, then that of the period, and of the extreme speeds beside the error of their mean.
     """
     period, period_error = turning_moment.period(regime.cycle, regime.speed, run, regime.rtol)
     speed_error = run.error * run.irregularity * regime.speed / run.speed_min
@@ -143,7 +143,9 @@ def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Reg
     apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if a is not None and b > 0.0]
     shares_of = ((value, regime.limits[name]) for name, value in limited.items())
     beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in shares_of if b.reached > 0.0]
-    return max(apart + beside), apart[-1]
+    speeds = (cycle.speed_max, run.speed_max), (cycle.speed_min, run.speed_min)
+    of_speeds = max((abs(a / b - 1) for a, b in speeds if a is not None and b > 0.0), default=0.0) + run.error_about_mean
+    return max(apart + beside), apart[-1], of_speeds
 
 
 def _cycle_in_time(

@@ -157,12 +157,14 @@ class FrictionIteration(NamedTuple):
 class Confirmed(NamedTuple):
     """A motion that was found, its error relative to the figures it confirms, that of its period, and remarks.
 
+    `speeds_error` is that of its extreme speeds if their mean is exact.
     `limited` are the figures that the scene limits, by their names, by a separate route.
     """
 
     motion: Confirmation | None = None
     error: float | None = None
     period_error: float | None = None
+    speeds_error: float | None = None
     messages: tuple[str, ...] = ()
     limited: Mapping[str, float] = {}
 
@@ -233,6 +235,7 @@ class Errors(NamedTuple):
     angles: float | None = None
     period: float | None = None
     extremes: float | None = None
+    extreme_speeds: float | None = None
 
 
 class EngineCycle(NamedTuple):

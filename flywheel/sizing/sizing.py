@@ -451,7 +451,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
     extremes, mean = (run.irregularity, run.speed_max, run.speed_min), regime.machine.scene.cycle / period
     left = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
     motion = Confirmation(*extremes, period, mean, left, "quadrature")
-    return Confirmed(motion, max(run.error, error), error)
+    return Confirmed(motion, max(run.error, error), error, run.error_about_mean)
 
 
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
@@ -470,7 +470,10 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         torque_flywheel = wheels.inertia_torque_flywheel + loose + share
     elif regime.limits and regime.exact is not None:
         exact = regime.exact[1] + share
-    extremes = None
+    speeds = extremes = None
+    if confirmed.motion is not None and confirmed.speeds_error is not None:
+        level = 0.0 if regime.cyclic is None else regime.cyclic.level_error
+        speeds = confirmed.speeds_error + level + share * confirmed.motion.irregularity
     if motion is not None:
         extremes = turning_moment.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
     return Errors(
@@ -483,6 +486,7 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         angles=turning_moment.error_of_crossings(figures.cycle, figures.roots),
         period=confirmed.period_error,
         extremes=extremes,
+        extreme_speeds=speeds,
     )
 
 

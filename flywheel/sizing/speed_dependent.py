@@ -241,7 +241,7 @@ def _inertialess_regime(
         cycle=cycle,
         speed=speed,
         exact=(0.0, run.error),
-        confirmed=Confirmed(motion, max(run.error, of_period), of_period),
+        confirmed=Confirmed(motion, max(run.error, of_period), of_period, max(run.error, of_period)),
         messages=(
             *messages,
             f"the machine has no inertia, so that its speed follows its torques at once: they hold it {band}",

@@ -502,7 +502,7 @@ def speed_band(sizing: Sizing) -> tuple[float, float, float] | None:
     """
     confirmed, motion = sizing.simulation, sizing.run
     if confirmed is not None:
-        off = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
+        off = (sizing.error.extreme_speeds or 0.0) * confirmed.speed_max
         return confirmed.speed_max, confirmed.speed_min, off
     if motion is None:
         return None
@@ -524,7 +524,8 @@ def _speeds(sizing: Sizing) -> list[str]:
         ("least", least, off, sizing.angle_speed_min),
     ]
     if confirmed is not None and confirmed.speed_time_mean is not None:
-        rows.append(("mean over time", confirmed.speed_time_mean, off, None))
+        mean = confirmed.speed_time_mean
+        rows.append(("mean over time", mean, (sizing.error.period or 0.0) * mean, None))
     if scene.flywheel_on != "crank":
         rows.append((f"mean, shaft {scene.flywheel_on}", sizing.speed * scene.flywheel_ratio, 0.0, None))
     cells = []

@@ -170,10 +170,9 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
     if sizing.simulation is not None and sizing.error.simulation is not None:
         for name, value in true.get("simulation", {}).items():
             found = getattr(sizing.simulation, name)
-            rows.append(Row(name, error(found, value, found == 0.0), sizing.error.simulation))  # an even motion has 0
-        rows.append(
-            Row("period alone", error(sizing.simulation.period, true["simulation"]["period"]), sizing.error.period or 0.0)
-        )
+            speeds, rest = sizing.error.extreme_speeds, sizing.error.period
+            own = {"irregularity": sizing.error.simulation, "speed_max": speeds, "speed_min": speeds}.get(name, rest)
+            rows.append(Row(name, error(found, value, found == 0.0), own or 0.0))  # an even motion has 0
     return [*rows, *outside(sizing, true)]
 
 

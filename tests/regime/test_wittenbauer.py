@@ -138,6 +138,27 @@ def test_rounded_directions_of_a_weight_all_but_square_to_its_path_are_in_the_er
     assert result.error.exact >= off
 
 
+@pytest.mark.parametrize("inertia", [5.0, 200.0])
+def test_an_error_of_the_irregularity_moves_extreme_speeds_by_their_own_error(inertia):
+    """Their mean is the required one: the irregularity's error counts by half of it, and more at the slower speed."""
+    machine = Machine(flywheel.load(scenes.press(flywheel={"inertia": inertia})))
+    cycle, speed = turning_moment.balanced(machine), machine.scene.speed
+    here, beside = (turning_moment.run(cycle, speed, inertia * (1.0 + share)) for share in (0.0, 1e-6))
+    moved = abs(beside.speed_min / here.speed_min - 1.0)
+    error = here._replace(error=abs(beside.irregularity / here.irregularity - 1.0)).error_about_mean
+    assert moved <= error <= moved * (1.0 + 1e-3)
+
+
+def test_extreme_speeds_confirmed_in_time_differ_by_their_error():
+    """Stepped loosely, far less than the irregularity does, which is a small difference of theirs."""
+    scene = flywheel.load(SECTION_C | {"flywheel": {"inertia": 200.0}})
+    loose, tight = (flywheel.size(scene, rtol, accuracy=level) for rtol, level in ((1e-3, "audit"), (1e-12, "normal")))
+    motion, true = loose.simulation, tight.simulation
+    off = max(abs(motion.speed_max / true.speed_max - 1.0), abs(motion.speed_min / true.speed_min - 1.0))
+    assert 1e-13 < off <= loose.error.extreme_speeds <= off + 1e-14
+    assert loose.error.extreme_speeds < 0.1 * loose.error.simulation
+
+
 def coarsely(scene, edges):
     """The exact flywheel's figures on given cells."""
     machine = Machine(flywheel.load(scene))
