@@ -351,20 +351,45 @@ class Summits(NamedTuple):
     high: Array
 
 
-def summits(value: Callable[[Array], Array], low: Array, high: Array, points: int, rounds: int) -> Summits:
-    """The greatest values between places (n,), by values (n, points) at places evenly between them, ever closer.
+_SMOOTH = 1e-11  # of a value: a summit is smooth if its parabola differs by less, a quarter of a step beside the top too
 
-    >>> summit = summits(lambda x: -((x - np.array([[1.0], [2.0]])) ** 2), np.zeros(2), np.full(2, 5.0), 33, 6)
+
+def summits(value: Callable[[Array, NDArray[np.intp]], Array], low: Array, high: Array, points: int, rounds: int) -> Summits:
+    """The greatest values between places (n,), by values (m, points) at places evenly between m of them, ever closer.
+
+    `value` has the numbers of those m with the places. A smooth summit is the top of its parabola.
+
+    >>> tops = np.array([[1.0], [2.0]])
+    >>> summit = summits(lambda x, which: -np.abs(x - tops[which]) ** 1.5, np.zeros(2), np.full(2, 5.0), 33, 6)
     >>> summit.place.round(6)
     array([1., 2.])
     """
-    many = np.arange(low.size)
-    best, height = low, np.full(low.size, -np.inf)
-    for _ in range(rounds if low.size else 0):
-        grid = np.linspace(low, high, points, axis=1)
-        there = value(grid)
+    which, low, high = np.arange(low.size), low.astype(float), high.astype(float)
+    best, height = low.copy(), np.full(low.size, -np.inf)
+    for _ in range(rounds):
+        if not which.size:
+            break
+        many, grid = np.arange(which.size), np.linspace(low[which], high[which], points, axis=1)
+        there = value(grid, which)
         column = there.argmax(axis=1)
-        better = there[many, column] > height
-        best, height = np.where(better, grid[many, column], best), np.where(better, there[many, column], height)
-        low, high = grid[many, np.maximum(column - 1, 0)], grid[many, np.minimum(column + 1, points - 1)]
-    return Summits(best, height, low, high)
+        middle = np.clip(column, 1, points - 2)
+        before, here, after = (there[many, middle + side] for side in (-1, 0, 1))
+        with np.errstate(invalid="ignore"):  # of values that are not known, -inf
+            bend, rise = np.minimum(before - 2 * here + after, -1e-300), 0.5 * (after - before)
+            vertex = np.nan_to_num(-rise / bend)
+            share = np.clip(vertex, -0.7, 0.7)[:, None] + (-0.25, 0.0, 0.25)
+            top = grid[many, middle][:, None] + share * (grid[:, 1] - grid[:, 0])[:, None]
+            near, size = value(top, which), np.maximum(np.maximum(abs(before), abs(after)), abs(here))
+            parabola = here[:, None] + share * (rise[:, None] + 0.5 * share * bend[:, None])
+            smooth = (np.abs(near - parabola) <= _SMOOTH * size[:, None]).all(axis=1) & np.isfinite(size)
+        smooth &= np.abs(vertex) <= 0.7  # the top lies between three places, none of which is tried twice
+        grid, there = np.concatenate((grid, top), axis=1), np.concatenate((there, near), axis=1)
+        order = np.argsort(grid, axis=1, kind="stable")
+        grid, there = np.take_along_axis(grid, order, axis=1), np.take_along_axis(there, order, axis=1)
+        column = there.argmax(axis=1)
+        beyond = points + 3 - there[:, ::-1].argmax(axis=1)  # the same value may stand there twice
+        low[which], high[which] = grid[many, np.maximum(column - 1, 0)], grid[many, np.minimum(beyond, points + 2)]
+        better = there[many, column] > height[which]
+        best[which[better]], height[which[better]] = grid[many, column][better], there[many, column][better]
+        which = which[~smooth]
+    return Summits(best, height, np.minimum(low, best), np.maximum(high, best))

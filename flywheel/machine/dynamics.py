@@ -703,8 +703,8 @@ class Trail(NamedTuple):
         step, k = np.nonzero(tops)
         low, high = times[step, np.maximum(k - 1, 0)], times[step, np.minimum(k + 1, times.shape[1] - 1)]
 
-        def along(grid: Array) -> Array:
-            return value(grid.ravel(), np.repeat(step, grid.shape[1])).reshape(grid.shape)
+        def along(grid: Array, which: Index) -> Array:
+            return value(grid.ravel(), np.repeat(step[which], grid.shape[1])).reshape(grid.shape)
 
         finer = summits(along, low, high, 33, 6)
         best, sample = int(finer.value.argmax()), int(values.argmax())

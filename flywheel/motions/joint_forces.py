@@ -43,7 +43,7 @@ _BESIDE = 1e-7  # of a stretch of motion: distance from its ends at which forces
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
 _TOPS = 4  # samples of a curve about which its greatest value is searched for
-_FINER, _ROUNDS = 13, 9  # places about an extreme, and how often they are laid closer
+_FINER, _ROUNDS = 7, 14  # places about an extreme, and how often they are laid closer
 
 
 class StateErrors(NamedTuple):
@@ -484,9 +484,9 @@ def _extreme_places(
     rows, tops = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
     low, high = places[before[tops]], places[after[tops]]
 
-    def curves(grid: Array) -> Array:
-        every = _both_ways(along(grid.ravel(), np.repeat(tops, _FINER))).reshape(-1, *grid.shape)
-        return np.asarray(every[rows, np.arange(tops.size)])
+    def curves(grid: Array, which: Indices) -> Array:
+        every = _both_ways(along(grid.ravel(), np.repeat(tops[which], grid.shape[1]))).reshape(-1, *grid.shape)
+        return np.asarray(every[rows[which], np.arange(which.size)])
 
     highest = summits(curves, low, high, _FINER, _ROUNDS)
     return np.concatenate((highest.low, highest.place, highest.high)), np.tile(tops, 3)

@@ -329,8 +329,8 @@ def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     top = np.flatnonzero((values >= values[beside(every, -1)]) & (values >= values[beside(every, 1)]))
     tops = top[np.argsort(values[top], kind="stable")[-_TOPS:]]
 
-    def along(grid: Array) -> Array:
-        return _figure(trail, name, grid.ravel(), np.repeat(owners[tops], _FINER)).reshape(grid.shape)
+    def along(grid: Array, which: Indices) -> Array:
+        return _figure(trail, name, grid.ravel(), np.repeat(owners[tops[which]], grid.shape[1])).reshape(grid.shape)
 
     peaks = summits(along, times[beside(tops, -1)], times[beside(tops, 1)], _FINER, _ROUNDS)
     nearby = values[tops] >= peaks.value

@@ -568,7 +568,7 @@ def _summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float
     fine = np.append((times[:-1, None] + np.diff(times)[:, None] * np.arange(_BETWEEN) / _BETWEEN).ravel(), times[-1])
     tops = np.array(standing_out(sign * speed(fine)))
     low, high = fine[np.maximum(tops - 1, 0)], fine[np.minimum(tops + 1, fine.size - 1)]
-    summit = summits(lambda grid: sign * speed(grid.ravel()).reshape(grid.shape), low, high, 2 * _BETWEEN + 1, _CLOSER)
+    summit = summits(lambda grid, _: sign * speed(grid.ravel()).reshape(grid.shape), low, high, 2 * _BETWEEN + 1, _CLOSER)
     return sign * float(summit.value.max())
 
 

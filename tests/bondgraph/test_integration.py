@@ -31,6 +31,7 @@ from bondgraph.motion.algebra import settle, solve, solve_symmetric
 from bondgraph.motion.dynamics import Formulation
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, at, method
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Step, adaptive, fixed, runge_kutta_step, through_breaks
+from bondgraph.numerics import summits
 from bondgraph.recording import Recorder
 
 # Which flows are independent: against the finite eigenvalues of all bond equations together, and known cases.
@@ -864,3 +865,41 @@ def test_a_spring_whose_law_a_motion_gives_is_no_state_and_motions_are_anchored_
     dynamics = Dynamics(b.transform("a", "ram", Modulus(np.sin, np.cos, Motion("a"))).build())
     assert dynamics.state.names == ("p_m", "q_k", "a")
     assert dynamics.anchored == ("a",)
+
+
+SUMMITS = {  # with the place of the greatest value, between 0 and 2
+    "smooth": (lambda x, at: np.cos(x - at) + 0.2 * np.sin(2.0 * (x - at)) - 0.4 * (x - at), 1e-5),
+    "flat": (lambda x, at: -((x - at) ** 4), 2e-3),
+    "kink": (lambda x, at: np.where(x < at, 3.0, -0.2) * (x - at), 1e-6),
+    "even kink": (lambda x, at: -np.abs(x - at), 1e-6),
+    "kink on a parabola": (lambda x, at: -((x - at) ** 2) - 1e-3 * np.abs(x - at), 1e-6),
+    "unknown beyond": (lambda x, at: np.where(np.abs(x - at) <= 0.2, np.cos(x - at), -np.inf), 1e-5),
+    "jump": (lambda x, at: np.where(x <= at, x - at, x - at - 3.0), 1e-6),
+}
+
+
+@pytest.mark.parametrize("name", SUMMITS)
+def test_summits_of_every_shape_are_where_they_are(name: str) -> None:
+    curve, width = SUMMITS[name]
+    at = np.append(np.linspace(0.3, 1.7, 41), (0.0, 1.0, 2.0))
+    result = summits(lambda x, which: 5.0 + curve(x, at[which, None]), np.zeros(at.size), np.full(at.size, 2.0), 9, 14)
+    greatest = 5.0 + curve(at, at)
+    assert np.abs(result.value - greatest).max() < 1e-6 * (0.0 if name in ("smooth", "unknown beyond") else 1.0) + 1e-11
+    assert np.abs(result.place - at).max() < width
+    assert ((result.low <= result.place) & (result.place <= result.high)).all()
+    if name in ("kink", "jump"):
+        assert (result.high - result.low).max() < 1e-5
+
+
+def test_a_smooth_summit_costs_few_values_and_one_of_a_few_summits_ends_alone() -> None:
+    count = []
+
+    def value(x: np.ndarray, which: np.ndarray) -> np.ndarray:
+        count.append(which.tolist())
+        return np.where(which[:, None] == 0, np.cos(x - 1.0), -np.abs(x - 0.7))
+
+    result = summits(value, np.zeros(2), np.full(2, 1.9), 13, 9)
+    assert result.place.round(7).tolist() == [1.0, 0.7]
+    assert [0, 1] in count
+    assert count[-1] == [1]
+    assert sum(0 in each for each in count) <= 6
