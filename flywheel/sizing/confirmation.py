@@ -144,7 +144,7 @@ def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Reg
     shares_of = ((value, regime.limits[name]) for name, value in limited.items())
     beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in shares_of if b.reached > 0.0]
     speeds = (cycle.speed_max, run.speed_max), (cycle.speed_min, run.speed_min)
-    of_speeds = max((abs(a / b - 1) for a, b in speeds if a is not None and b > 0.0), default=0.0) + run.error_about_mean
+    of_speeds = max((abs(a / b - 1) for a, b in speeds if b > 0.0), default=0.0) + run.error_about_mean
     return max(apart + beside), apart[-1], of_speeds
 
 

@@ -98,10 +98,11 @@ def test_rounding_is_nought_in_the_text_and_stays_in_the_data() -> None:
     loaded = flywheel.load(straight_drive())
     forces = joint_forces(loaded)
     normal = forces.mechanisms["linkage"].components["bore"]["normal"]
-    assert 0.0 < np.abs(normal).max() < 1e-9
+    assert np.abs(normal).max() < 1e-9
+    normal[7] = 3e-14  # as another processor may round it
     assert "bore: 0 N at" in text(loaded, forces)
     assert "share of the moment is 0 N m" in text(loaded, forces)
-    assert repr(float(normal[7])) in csv_text(loaded, forces)
+    assert "3e-14" in csv_text(loaded, forces)
 
 
 def test_csv_has_the_library_s_figures() -> None:
