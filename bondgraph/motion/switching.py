@@ -348,7 +348,9 @@ class Switched:
 
     def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:
         """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
-        longest = until / _LEAST_STEPS if self._varies() else math.inf
+        names, acting = {TIME, *self.graph.displacements, *self.graph.signals}, self.graph.of_kind("Se", "Sf", "R", "0", "1")
+        varies = any(names.intersection(self.graph.depends_on(element.name)) for element in acting)
+        longest = until / _LEAST_STEPS if varies else math.inf
         tolerance = max(stepping.FIRST * rtol, 10.0 * stepping.FINEST)
 
         def tighter(tolerance: float, looser: Trip) -> tuple[Trip, float]:
@@ -367,10 +369,6 @@ class Switched:
         trips, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
         scales = {name: size or 1.0 for name, size in other.greatest().items()}
         return trips, 2.0 * other.difference(trips, scales, until)
-
-    def _varies(self) -> bool:
-        names = {TIME, *self.graph.displacements, *self.graph.signals}
-        return any(names.intersection(self.graph.depends_on(e.name)) for e in self.graph.of_kind("Se", "Sf", "R", "0", "1"))
 
     def begin(self, start: Callable[[Dynamics], Array]) -> tuple[Mode, Array]:
         """The mode that a motion begins in, and its state; `start` gives that of a mode, or does not know its states."""

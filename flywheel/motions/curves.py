@@ -30,7 +30,7 @@ UNITS = {ANGLE: "rad", POINT: "m", WAY: "m"}
 POINTS = 361
 
 
-class Place(NamedTuple):
+class MovingPlace(NamedTuple):
     """Moving quantity: an angle (rad), a point (x and y, m) or the displacement of a slide (m), with g and g'.
 
     `unit` (m, or 1 of angles) and `per` (m, or 1 of a driver that turns) are the scales of its rounding.
@@ -44,19 +44,19 @@ class Place(NamedTuple):
 
 def places(
     scene: Scene, mechanisms: Sequence[Mechanism], own: Array, anchor: Array
-) -> tuple[dict[str, Place], dict[str, str]]:
+) -> tuple[dict[str, MovingPlace], dict[str, str]]:
     """All moving quantities at own coordinates (rad or m, from the machine's start), by name; and other names of them.
 
     anchor: inside the smooth piece that every coordinate belongs to, where a law decides its branches.
     """
-    all_places: dict[str, Place] = {}
+    all_places: dict[str, MovingPlace] = {}
     other: dict[str, str] = {}
     sliding = scene.sliding
     if not (sliding and mechanisms):
         for name, ratio in {scene.reduction_element: 1.0, **scene.shafts}.items():
             if not sliding or name == scene.reduction_element:
                 value = ratio * (own + scene.origin)
-                all_places[name] = Place(WAY if sliding else ANGLE, Track(value, ratio + 0.0 * own, 0.0 * own))
+                all_places[name] = MovingPlace(WAY if sliding else ANGLE, Track(value, ratio + 0.0 * own, 0.0 * own))
     for mechanism in mechanisms:
         ratio = scene.shafts[mechanism.shaft]
         psi, middle = ratio * own + mechanism.phase, ratio * anchor + mechanism.phase
@@ -77,7 +77,7 @@ def places(
     return all_places, {name: of for name, of in (bare | other).items() if name not in all_places}
 
 
-def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mapping[str, float]) -> dict[str, Place]:
+def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mapping[str, float]) -> dict[str, MovingPlace]:
     """The outputs of a law."""
     family = build(mechanism, parameters)
     position, outputs = family.position(psi, np, anchor), {}
@@ -87,11 +87,13 @@ def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mappin
         value = family.ports[output.name].position(position)
         track = Track(*(part + 0.0 * psi for part in (value, jet.first, jet.second)))
         size = float(np.max(np.abs(sizes.jet(output.name).value + 0.0)))
-        outputs[output.name] = Place(ANGLE if output.rotating else WAY, track, max(size, 1.0) if output.rotating else size)
+        outputs[output.name] = MovingPlace(
+            ANGLE if output.rotating else WAY, track, max(size, 1.0) if output.rotating else size
+        )
     return outputs
 
 
-def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Place], dict[str, str]]:
+def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, MovingPlace], dict[str, str]]:
     """Bodies, joints, points and ports of a mechanism with joints; and other names of the same."""
     solution, period = solution_of(mechanism)
     linkage, unit = solution.linkage, solution.unit
@@ -102,14 +104,14 @@ def _bodies_and_joints(mechanism: Mechanism, psi: Array) -> tuple[dict[str, Plac
     if period is not None:
         ends = solution.poses(np.array([0.0, period])).value[:, 2]
         gained = dict(zip(linkage.names, (TURN * np.round((ends[:, 1] - ends[:, 0]) / TURN)).tolist(), strict=True))
-    all_places: dict[str, Place] = {}
+    all_places: dict[str, MovingPlace] = {}
     other: dict[str, str] = {}
 
     def put(name: str, kind: str, track: Track, gain: float = 0.0) -> str:
         while name in all_places:
             name = f"{name}.place"
         track = track._replace(value=track.value + gain * turns) if gain else track
-        all_places[name] = Place(kind, track, 1.0 if kind == ANGLE else unit, solution.scale)
+        all_places[name] = MovingPlace(kind, track, 1.0 if kind == ANGLE else unit, solution.scale)
         return name
 
     guides, moving = straight(linkage.joints), [link for link in linkage.links if link.name]
@@ -248,11 +250,11 @@ class Moving:
         turns = np.floor(q / scene.cycle) * scene.cycle
         return q, turns + middles(self.edges, q - turns)
 
-    def places(self, q: Array) -> tuple[dict[str, Place], dict[str, str]]:
+    def places(self, q: Array) -> tuple[dict[str, MovingPlace], dict[str, str]]:
         """All moving places, by name, and other names of them."""
         return places(self.scene, self.scene.mechanisms, *self._own(q))
 
-    def errors(self, q: Array, curves: Mapping[str, Place]) -> dict[str, tuple[Array, Array, Array]]:
+    def errors(self, q: Array, curves: Mapping[str, MovingPlace]) -> dict[str, tuple[Array, Array, Array]]:
         """Estimated absolute errors of x, g and g': computed again with positions and lengths changed by a few roundings."""
         own, anchor = self._own(q)
         size, again = max(self.scene.cycle, float(np.abs(q).max())), []
@@ -301,7 +303,7 @@ def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Arr
     return x, g * driver.rate, parts[0] + parts[1], parts
 
 
-def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
+def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
     """A curve with its errors, from those of position, g, g' and of the driver's motion."""
     x, v, a, parts = _moved(place.track, driver)
     if driver.rate is None or driver.acceleration is None:

@@ -338,7 +338,9 @@ def imposed(
     messages = [
         f"the driver's speed jumps at t = {t:.{_DIGITS}g} s: an acceleration without end there" for t in edges[1:-1][corners]
     ]
-    _check_limits(scene, imposed_law, {**_ends_of_stroke(scene), **(limits or {})})
+    stroke = scene.stroke
+    ends = {} if stroke is None else {"out of its stroke": (min(stroke.start, stroke.end), max(stroke.start, stroke.end))}
+    _check_limits(scene, imposed_law, {**ends, **(limits or {})})
     first, last = float(edges[0]), float(edges[-1])
     size = [float(np.abs(part).max()) for part in values]
 
@@ -397,11 +399,6 @@ def scene_moved(path: Path, law: object, until: float | None) -> Scene:
     if np.isfinite(limits).any():
         imposed(Scene(None, parameters=numbers), law, until, {"into a lock": (limits[0], limits[1])})
     return build_scene({**kept, "stroke": {"from": least, "to": most}}, path.parent, path)
-
-
-def _ends_of_stroke(scene: Scene) -> dict[str, tuple[float, float]]:
-    stroke = scene.stroke
-    return {} if stroke is None else {"out of its stroke": tuple(sorted((stroke.start, stroke.end)))}  # type: ignore[dict-item]
 
 
 def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, float]]) -> None:

@@ -15,7 +15,7 @@ from flywheel.reading.toml_edits import literal
 from flywheel.scene.scene import Key
 
 
-class Port(NamedTuple):
+class PortName(NamedTuple):
     """A port by its own name and that of its mechanism."""
 
     name: str
@@ -27,7 +27,7 @@ class Places(NamedTuple):
     """The places of a scene, as far as they are known without a full reading."""
 
     shafts: tuple[str, ...]
-    ports: tuple[Port, ...]
+    ports: tuple[PortName, ...]
     points: tuple[str, ...]
     joints: tuple[str, ...]
     drivers: tuple[str, ...]
@@ -151,19 +151,20 @@ def places_of(raw: Mapping[str, Any]) -> Places:
     named = raw.get("shafts")
     sliding = driver_slides(raw) is True
     shafts = dict.fromkeys(("slide",) if sliding else ("crank", *(named if isinstance(named, Mapping) else ())))
-    ports: list[Port] = []
+    ports: list[PortName] = []
     points: dict[str, None] = {}
     joints: dict[str, None] = {}
     drivers: dict[str, None] = {}
-    for table in _mechanisms(raw):
+    mechanism = raw.get("mechanism")
+    for table in [mechanism] if isinstance(mechanism, Mapping) else _tables(mechanism):
         kind, name = table.get("type"), table.get("name")
         if not isinstance(kind, str) or kind not in KINDS:
             continue
         name = name if isinstance(name, str) else kind
-        ports += [Port(port.name, name, port.rotating) for port in KINDS[kind].ports]
+        ports += [PortName(port.name, name, port.rotating) for port in KINDS[kind].ports]
         if kind == "law":
             outputs = _table(table.get("outputs"))
-            ports += [Port(key, name, "theta" in _table(output)) for key, output in outputs.items()]
+            ports += [PortName(key, name, "theta" in _table(output)) for key, output in outputs.items()]
         elif kind == "linkage":
             ports += _linkage_ports(name, table)
             for body, of in _table(table.get("bodies")).items():
@@ -179,30 +180,25 @@ def places_of(raw: Mapping[str, Any]) -> Places:
     return Places(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding, tuple(meshes))
 
 
-def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[Port]:
+def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[PortName]:
     """Ports of a linkage: its slides except the driver, its points along a direction, bodies that may turn."""
     driver = table.get("driver")
     joints = _tables(table.get("joints"))
     for joint in joints:
         if joint.get("type") in ("slide", "pin-in-slot") and isinstance(joint.get("name"), str) and joint["name"] != driver:
-            yield Port(joint["name"], name, False)
+            yield PortName(joint["name"], name, False)
     for port in _table(table.get("ports")):
-        yield Port(port, name, False)
+        yield PortName(port, name, False)
     straight = {body for joint in joints if joint.get("type") == "slide" for body in _bodies(joint)}
     driven = {body for joint in joints if joint.get("name") == driver for body in _bodies(joint)}
     for body in _table(table.get("bodies")):
         if body != "frame" and body not in straight | driven:
-            yield Port(body, name, True)
+            yield PortName(body, name, True)
 
 
 def _bodies(joint: Mapping[str, Any]) -> list[str]:
     between = joint.get("between")
     return [point.partition(".")[0] for point in between if isinstance(point, str)] if isinstance(between, list) else []
-
-
-def _mechanisms(raw: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    mechanism = raw.get("mechanism")
-    return [mechanism] if isinstance(mechanism, Mapping) else _tables(mechanism)
 
 
 def _table(raw: object) -> Mapping[str, Any]:

@@ -232,7 +232,9 @@ def draw_optimum(result: Optimum) -> Figure:
     above.step(x[finite], sign * best[finite], where="post", color=BLUE, lw=1.8, label="the best so far")
     if result.value_before is not None:
         above.axhline(result.value_before, color="black", lw=0.9, ls="--", label="the scene's own numbers")
-    _zoom(above, course.values[course.kept])
+    kept = course.values[course.kept]
+    if kept.size and kept.min() > 0.0 and kept.max() > _WIDE * kept.min():  # so that the best designs are distinguished
+        above.set_yscale("log")
     above.legend(fontsize=9, frameon=False, ncols=4, loc="upper right")
     colours = (BLUE, VERMILLION, GREEN, ORANGE, GREY)
     for k, (path, (low, high)) in enumerate(result.bounds.items()):
@@ -250,12 +252,6 @@ def draw_optimum(result: Optimum) -> Figure:
         for panel in (above, below):
             panel.axvline(first, color=PALE, lw=1.0, zorder=0)
     return made
-
-
-def _zoom(panel: Axes, values: Array) -> None:
-    """An axis on which the best designs are distinguished: logarithmic where values differ much."""
-    if values.size and values.min() > 0.0 and values.max() > _WIDE * values.min():
-        panel.set_yscale("log")
 
 
 def _about(name: str) -> str:

@@ -21,12 +21,12 @@ from flywheel.numerics.faults import SceneError
 from flywheel.pictures import drives, forms, noun, written
 from flywheel.pictures.forms import (
     Band,
-    Curve,
     Diagram,
+    DiagramCurve,
+    DiagramData,
+    ExtremeMark,
     Fill,
-    Mark,
-    Part,
-    Row,
+    Panel,
     along_motion,
     angle,
     area_work,
@@ -62,7 +62,7 @@ _CONFIRMED = 1e-4  # of the irregularity: the error of a confirmation
 _DIGITS = 5
 
 
-def _no_cycle(part: Part) -> str:
+def _no_cycle(part: DiagramData) -> str:
     """Reason why there is no steady cycle."""
     scene = part.scene
     if scene.stroke is not None:
@@ -77,7 +77,7 @@ def _no_cycle(part: Part) -> str:
 # -- turning moment and work -----------------------------------------------------------------------------------------------
 
 
-def _moment(part: Part, forces: JointForces | str) -> Diagram | str:
+def _moment(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """M* with driving and resisting moments and its areas; under it W, their sum."""
     sizing, record = part.sizing, part.samples
     if sizing is None:
@@ -104,7 +104,7 @@ def _moment(part: Part, forces: JointForces | str) -> Diagram | str:
     return Diagram(figures, rows[0].title, f"{rows[0].about} {rows[1].about}", rows, tuple(remarks))
 
 
-def _moment_row(part: Part, figures: dict[str, Any]) -> Row:
+def _moment_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
     """The row of M*; driving and resisting moments far above their sum, whose areas would be invisible, are only named.
 
     Where the sum is zero everywhere there is no visible area, and all are drawn.
@@ -116,20 +116,22 @@ def _moment_row(part: Part, figures: dict[str, Any]) -> Row:
     scale = max(float(np.abs(figures[key]).max()) for key in ("driving", "resisting"))
     fit = top == 0.0 or scale <= _OFF_SCALE * top
 
-    def curve(of: str, name: str, colour: str, dash: str, width: float, most: float) -> Curve:
+    def curve(of: str, name: str, colour: str, dash: str, width: float, most: float) -> DiagramCurve:
         least, greatest = float(figures[of].min()), float(figures[of].max())
         if max(-least, greatest) <= _OFF_SCALE * most or (fit and of in ("driving", "resisting")):
-            return Curve(of, name, colour, dash, width)
+            return DiagramCurve(of, name, colour, dash, width)
         bounds = {"least": written(least), "most": written(greatest)}
-        return Curve(of, _("{name}: {least} to {most} N m, off the scale", name=name, **bounds), colour, dash, width, False)
+        return DiagramCurve(
+            of, _("{name}: {least} to {most} N m, off the scale", name=name, **bounds), colour, dash, width, False
+        )
 
     sides = [("driving", _("driving"), "blue", "--", 1.3), ("resisting", _("resisting"), "vermillion", "-.", 1.3)]
-    curves = [Curve("net", _("M*, net"), "ink", "-", 1.7), *(curve(*side, top if fit else 0.0) for side in sides)]
+    curves = [DiagramCurve("net", _("M*, net"), "ink", "-", 1.7), *(curve(*side, top if fit else 0.0) for side in sides)]
     braking = [("drive", record.drive, scale)] if fit and record.drive is not None else []
     if sizing.constant is not None:
         along = along_motion(part)
         figures["along"] = along.moment
-        curves.append(Curve("along", _("M* along the motion"), "green", "-", 1.2))
+        curves.append(DiagramCurve("along", _("M* along the motion"), "green", "-", 1.2))
         if part.rest and part.scene.drive is not None:
             figures["drive_along"] = drive = _drive_along(part)
             name, most = _("drive along the motion"), max(top, float(np.abs(along.moment).max()))
@@ -152,7 +154,7 @@ def _moment_row(part: Part, figures: dict[str, Any]) -> Row:
     notes = list(_balance_note(sizing))
     if len(words) > MOST_WITH_WORKS:
         notes.append(_("A1 to A{last} from left to right, their works in the table", last=len(words)))
-    return Row(
+    return Panel(
         key="moment",
         title=title,
         label=_("reduced moment M*"),
@@ -167,7 +169,7 @@ def _moment_row(part: Part, figures: dict[str, Any]) -> Row:
     )
 
 
-def _drive_along(part: Part) -> Array:
+def _drive_along(part: DiagramData) -> Array:
     """The moment of the drive along the motion, on the axis."""
     from flywheel.numerics import cells
 
@@ -200,7 +202,7 @@ def _balance_note(sizing: Sizing) -> Iterable[str]:
     yield _("balance: {name} = {value}", name=_("drive") if name == "drive" else name, value=value)
 
 
-def _work_row(part: Part, figures: dict[str, Any]) -> Row:
+def _work_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
     """W, the sum of the areas, with its greatest and its least value, and between them the fluctuation of energy.
 
     None of these is marked where W is zero except for rounding.
@@ -210,13 +212,13 @@ def _work_row(part: Part, figures: dict[str, Any]) -> Row:
     flat = not figures["work"].any()
     cycle, error = sizing.constant or sizing.cycle, works_error(sizing)
     assert cycle is not None
-    curves = [Curve("work", _("W, sum of the areas"), "ink", "-", 1.7)]
+    curves = [DiagramCurve("work", _("W, sum of the areas"), "ink", "-", 1.7)]
     at = ""
     if sizing.cyclic is not None:
         at = " " + _("at a constant {speed} rpm", speed=written(RPM * sizing.cyclic.constant_speed, 6))
     if sizing.constant is not None:
         figures["work_along"] = along_motion(part).work
-        curves.append(Curve("work_along", _("W along the motion"), "green", "--", 1.2))
+        curves.append(DiagramCurve("work_along", _("W along the motion"), "green", "--", 1.2))
     extremes = turning_moment.combined(cycle, np.array([[1.0, 0.0]]))[0]
     marks = []
     for kind, word, place, value, colour in (
@@ -225,8 +227,8 @@ def _work_row(part: Part, figures: dict[str, Any]) -> Row:
     ):
         work = written(value, _DIGITS, error)
         words = _("{which}: {work} J at {angle}", which=word, work=work, angle=angle(place))
-        marks.append(Mark(kind, place, value, words, colour, level=True))
-    return Row(
+        marks.append(ExtremeMark(kind, place, value, words, colour, level=True))
+    return Panel(
         key="work",
         title=_("Accumulated work of the net moment{at}", at=at),
         label=_("accumulated work W"),
@@ -270,13 +272,13 @@ def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
     sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
     figures |= {"diagram_of_areas": True, "works": works, "sums": sums}
     words = tuple(area_work(float(work), error) for work in works)
-    bars = Row(
+    bars = Panel(
         key="moment",
         title=_("Areas of the turning moment (angles not given)"),
         label=_("work"),
         unit="J",
         about=_areas_about(words),
-        curves=(Curve("works", ""),),
+        curves=(DiagramCurve("works", ""),),
         height=4.4,
         zero=True,
         kind="bars",
@@ -287,14 +289,14 @@ def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
     marks = []
     for kind, word, colour in (("greatest", _("greatest"), "blue"), ("least", _("least"), "vermillion")):
         k, value = figures[kind]["crossing"], figures[kind]["value"]
-        marks.append(Mark(kind, k, value, f"{word}: S{k} = {written(value, _DIGITS, error)} J", colour, level=True))
-    line = Row(
+        marks.append(ExtremeMark(kind, k, value, f"{word}: S{k} = {written(value, _DIGITS, error)} J", colour, level=True))
+    line = Panel(
         key="work",
         title=_("Accumulated areas"),
         label=_("accumulated work W"),
         unit="J",
         about=_work_about(sizing),
-        curves=(Curve("sums", "", "ink", "-", 1.2),),
+        curves=(DiagramCurve("sums", "", "ink", "-", 1.2),),
         height=3.5,
         kind="points",
         ticks="S",
@@ -309,7 +311,7 @@ def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
 BODY_COLOURS = ("sky", "orange", "green", "yellow", "purple", "blue", "vermillion", "grey")
 
 
-def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
+def _inertia(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """I* as the sum of the shares of all bodies."""
     if part.scene.areas is not None:
         return _("A diagram of areas gives no reduced inertia: all of it counts as flywheel.")
@@ -350,16 +352,16 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
         "unit": unit,
     }
     stack = [
-        Curve(f"bodies.{k}.values", noun(body), BODY_COLOURS[k % len(BODY_COLOURS)], drawn=False, body=body)
+        DiagramCurve(f"bodies.{k}.values", noun(body), BODY_COLOURS[k % len(BODY_COLOURS)], drawn=False, body=body)
         for k, body in enumerate(bodies_drawn)
     ]
-    row = Row(
+    row = Panel(
         key="inertia",
         title=title,
         label=_("reduced mass m*") if sliding else _("reduced inertia I*"),
         unit=unit,
         about=about,
-        curves=(*stack, Curve("total", name, "ink", "-", 1.8)),
+        curves=(*stack, DiagramCurve("total", name, "ink", "-", 1.8)),
         zero=True,
         kind="stack",
     )
@@ -369,7 +371,7 @@ def _inertia(part: Part, forces: JointForces | str) -> Diagram | str:
 # -- Wittenbauer's diagram -------------------------------------------------------------------------------------------------
 
 
-def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
+def _wittenbauer(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """The loop W(I*), its tangents as energies (J), MN and P, and the visible windows."""
     sizing, title = part.sizing, _("Wittenbauer's diagram")
     if part.scene.areas is not None:
@@ -439,13 +441,13 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> Diagram | str:
         remarks.append(_("The loop is drawn enlarged, as I* varies by {share} % only.", share=share))
         notes += [remarks[-1], _("outside the picture: M and N at I* = 0, W = {m} J and {n} J", m=m, n=n), far]
     about = f"{first}. {far}."
-    row = Row(
+    row = Panel(
         key="wittenbauer",
         title=title,
         label=_("work W"),
         unit="J",
         about=about,
-        curves=(Curve("energy", _("W against I*"), "ink", "-", 1.6),),
+        curves=(DiagramCurve("energy", _("W against I*"), "ink", "-", 1.6),),
         height=5.8,
         kind="loop",
         notes=tuple(notes),
@@ -497,7 +499,7 @@ _FLYWHEELS = {
 }
 
 
-def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
+def _speed(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """The speed over the cycle with the flywheel given or sized; at rest beside those with the approximate ones."""
     sizing = part.sizing
     if sizing is None:
@@ -549,7 +551,7 @@ def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
     curves = []
     for k, (key, _inertia, name, motion) in enumerate(moving):
         share = language.number(irregularity(float(f"{motion.irregularity:.4g}"), 0.0))
-        curves.append(Curve(f"traces.{k}.values", f"{name}, ε = {share}", *_FLYWHEELS[key]))
+        curves.append(DiagramCurve(f"traces.{k}.values", f"{name}, ε = {share}", *_FLYWHEELS[key]))
     marks = []
     for kind, at, value, word in (
         ("greatest", run.angle_speed_max, run.speed_max, _("greatest")),
@@ -559,9 +561,9 @@ def _speed(part: Part, forces: JointForces | str) -> Diagram | str:
         off = RPM * run.error * run.irregularity * mean
         digits = max(6, min(10, 3 - floor(log10(run.irregularity or 1.0))))
         words = _("{which}: {speed} rpm at {angle}", which=word, speed=written(RPM * value, digits, off), angle=angle(at))
-        marks.append(Mark(kind, at, value, words, "blue"))
+        marks.append(ExtremeMark(kind, at, value, words, "blue"))
     span = max(float(np.ptp(trace["values"])) for trace in figures["traces"])
-    row = Row(
+    row = Panel(
         key="speed",
         title=_("Speed of the crank over the cycle"),
         label=_("crank speed"),
@@ -611,13 +613,13 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
     eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
     speeds = forms.crossing_speeds(sums, sizing.speed * (1 - eps / 2), inertia * sizing.scene.flywheel_ratio**2)
     figures |= {"diagram_of_areas": True, "crossings": speeds, "inertia": inertia, "irregularity": eps}
-    row = Row(
+    row = Panel(
         key="speed",
         title=_("Speed of the crank at the crossings"),
         label=_("crank speed"),
         unit="rpm",
         about="; ".join(f"S{k}: {written(RPM * value, 6)} rpm" for k, value in enumerate(speeds)),
-        curves=(Curve("crossings", f"{written(inertia)} kg m², ε = {written(eps, 4)}", "blue", ""),),
+        curves=(DiagramCurve("crossings", f"{written(inertia)} kg m², ε = {written(eps, 4)}", "blue", ""),),
         factor=RPM,
         si="rad/s",
         origin=sizing.speed if float(np.ptp(speeds)) < _SMALL_FLUCTUATION * sizing.speed else 0.0,
@@ -631,7 +633,7 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
 # -- power flow ------------------------------------------------------------------------------------------------------------
 
 
-def _power_flow(part: Part, forces: JointForces | str) -> Diagram | str:
+def _power_flow(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """Every stream of power with its mean and its course over the cycle, in W."""
     if part.scene.areas is not None:
         return _("A diagram of areas has no power flow.")
@@ -659,7 +661,7 @@ def _power_flow(part: Part, forces: JointForces | str) -> Diagram | str:
     return Diagram({"streams": streams, "places": places(flow), **totals}, form="power_flow")
 
 
-def forces_of(part: Part) -> JointForces | str:
+def forces_of(part: DiagramData) -> JointForces | str:
     """The forces in the joints of the selected mechanism, or the reason why there are none."""
     from flywheel.motions.joint_forces import joint_forces, regime_forces
 
@@ -682,7 +684,7 @@ def forces_of(part: Part) -> JointForces | str:
         return str(error)
 
 
-def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
+def _reactions(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """The force in every joint of a mechanism, and its driving action."""
     if isinstance(forces, str):
         return forces
@@ -710,7 +712,7 @@ def _reactions(part: Part, forces: JointForces | str) -> Diagram | str:
 _PARTS = {"": ("blue", "-", 2.0), "x": ("blue", "-", 2.0), "y": ("vermillion", "--", 2.0), "amount": ("ink", ":", 1.8)}
 
 
-def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
+def _motion(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """Position, velocity or acceleration of the selected part, or the reaction of a joint, against the driver."""
     from flywheel.motions.curves import POINT, Moving
 
@@ -749,7 +751,7 @@ def _motion(part: Part, forces: JointForces | str) -> Diagram | str:
     return _motion_drawing(part, figures)
 
 
-def _motion_drawing(part: Part, figures: dict[str, Any]) -> Diagram:
+def _motion_drawing(part: DiagramData, figures: dict[str, Any]) -> Diagram:
     """The row of a motion, with the extremes of its curves."""
     of, quantity, unit = figures["of"], figures["quantity"], figures["unit"]
     titles = {
@@ -766,16 +768,16 @@ def _motion_drawing(part: Part, figures: dict[str, Any]) -> Diagram:
     factor, unit_drawn = scaled(unit, largest)
     sliding = part.scene.reduction_element == "slide"
     for k, curve in enumerate(figures["curves"]):
-        curves.append(Curve(f"curves.{k}.values", names[curve["part"]], *_PARTS[curve["part"]]))
+        curves.append(DiagramCurve(f"curves.{k}.values", names[curve["part"]], *_PARTS[curve["part"]]))
         for kind in ("greatest", "least"):
             extreme = curve[kind]
             if extreme is None:
                 continue
             if curve["greatest"]["value"] != curve["least"]["value"]:
                 words = f"{written(factor * extreme['value'], 4)} {unit_drawn}, {place_of(sliding, extreme['at'])}"
-                marks.append(Mark(kind, extreme["at"], extreme["value"], words, curves[-1].colour))
+                marks.append(ExtremeMark(kind, extreme["at"], extreme["value"], words, curves[-1].colour))
     condition = _condition(part.scene, figures["condition"])
-    row = Row(
+    row = Panel(
         key="motion",
         title=titles[quantity],
         label=titles[quantity],
@@ -826,7 +828,7 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
     return f"{length}/rad" + "²" * (order == 2)
 
 
-def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
+def _driver_motion(part: DiagramData, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
     """Motion of the driver: that of the forces; the steady regime; the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
     from flywheel.motions.motion import Driver, regime_motion
@@ -869,7 +871,7 @@ class Kind(NamedTuple):
     """An existing diagram: its title in the language in use, its maker, and its column in the picture of a sizing."""
 
     title: Callable[[], str]
-    make: Callable[[Part, JointForces | str], Diagram | str]
+    make: Callable[[DiagramData, JointForces | str], Diagram | str]
     column: int | None = None
     rows: tuple[str, ...] = ()  # keys of its rows
     suits: Callable[[Scene], bool] = lambda scene: True  # whether a scene has what the diagram is of
@@ -889,7 +891,7 @@ DIAGRAMS: dict[str, Kind] = {
 """Every diagram of a scene, in the order of the live page."""
 
 
-def made(part: Part, key: str, forces: JointForces | str = "") -> Diagram | str:
+def made(part: DiagramData, key: str, forces: JointForces | str = "") -> Diagram | str:
     """A diagram, or why there is none."""
     try:
         return DIAGRAMS[key].make(part, forces)

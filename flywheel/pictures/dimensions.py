@@ -40,7 +40,7 @@ _MOST_DIMENSIONS = 18  # dimensions in one picture
 _MOST_PARTS = 8
 
 
-class Dimension(NamedTuple):
+class DimensionLine(NamedTuple):
     """A distance between two places (m) with its text and its body."""
 
     start: Array
@@ -118,7 +118,7 @@ def _outline(view: View, poses: Poses) -> Array:
 # -- what is measured --------------------------------------------------------------------------------------------------
 
 
-def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
+def _dimensions(view: View, poses: Poses) -> Iterator[DimensionLine]:
     """Distances between the joints of every body, from its origin if a joint is there; the frame's last."""
     linkage, mechanism = view.solution.linkage, view.mechanism
     least = _SHORT * view.sketch.size
@@ -129,7 +129,7 @@ def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
             length = float(np.hypot(*(ends[1] - ends[0])))
             if length > least:
                 symbol = _symbol(mechanism, body, length)
-                yield Dimension(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
+                yield DimensionLine(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
     driver = linkage.joint(linkage.driver)
     if driver.kind == SLIDE:
         ends = [
@@ -138,14 +138,14 @@ def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
         ]
         way = float(poses.q[0])
         if abs(way) > least:
-            yield Dimension(ends[0], ends[1], f"x = {length_text(way)}", driver.second)
+            yield DimensionLine(ends[0], ends[1], f"x = {length_text(way)}", driver.second)
     kind = KINDS[mechanism.type]
     for key in kind.heights:
         if height := mechanism.geometry.get(key, 0.0):
             body = key.partition(".")[0]
             x = 0.0 if body == FRAME else float(poses.point(body, (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit
             text = f"{_written(kind.symbols[key])} = {length_text(height)}"
-            yield Dimension(np.array([x, 0.0]), np.array([x, height]), text, FRAME)
+            yield DimensionLine(np.array([x, 0.0]), np.array([x, height]), text, FRAME)
 
 
 def _symbol(mechanism: Mechanism, body: str, length: float) -> str:
@@ -185,7 +185,9 @@ def length_text(length: float) -> str:
 # -- how it is drawn ---------------------------------------------------------------------------------------------------
 
 
-def _dimension_line(panel: Axes, view: View, dimension: Dimension, lines: list[Array]) -> tuple[Array, tuple[float, float]]:
+def _dimension_line(
+    panel: Axes, view: View, dimension: DimensionLine, lines: list[Array]
+) -> tuple[Array, tuple[float, float]]:
     """A line with arrows beside the measured length, on the side with room; and the place of its text."""
     unit, start, end = view.sketch.unit, dimension.start, dimension.end
     way = (end - start) / np.hypot(*(end - start))

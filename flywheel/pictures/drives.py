@@ -9,7 +9,7 @@ import numpy as np
 
 from flywheel.language import text as _
 from flywheel.pictures import written
-from flywheel.pictures.forms import FINE, Axis, Band, Curve, Diagram, Mark, Part, Row, peak
+from flywheel.pictures.forms import FINE, Axis, Band, Diagram, DiagramCurve, DiagramData, ExtremeMark, Panel, peak
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
 from flywheel.tables.rows import RPM, place
@@ -24,16 +24,16 @@ _MOST_CAPACITY = 4.0  # times the greatest torque: a capacity above that is name
 
 def part_of_stroke(
     result: SingleStroke, count: int = FINE, view: Mapping[str, Any] | None = None, *, rest: bool = True
-) -> Part:
+) -> DiagramData:
     """A period of a machine that works stroke by stroke, at about that number of times."""
     from flywheel.motions.stroke_course import course  # a door: motions load linkages
 
     along = course(result.strokes, result.phases, count)
     axis = Axis(along.time, along.phi, "s")
-    return Part(result.scene, None, None, axis, view or {}, rest, stroke=result, course=along)
+    return DiagramData(result.scene, None, None, axis, view or {}, rest, stroke=result, course=along)
 
 
-def stroke_diagram(part: Part, forces: object = "") -> Diagram | str:
+def stroke_diagram(part: DiagramData, forces: object = "") -> Diagram | str:
     """Speeds on both sides of the clutch with its slip shaded, torques of clutch and brake, energy of wheel and drive."""
     stroke, along = part.stroke, part.course
     if stroke is None or along is None:
@@ -54,7 +54,7 @@ def _bands(result: SingleStroke) -> tuple[Band, ...]:
     )
 
 
-def _speeds(result: SingleStroke, course: Course) -> Row:
+def _speeds(result: SingleStroke, course: Course) -> Panel:
     on = result.strokes.clutch.on
     least = peak(course.time, course.driving, -1.0)
     assert least is not None
@@ -63,7 +63,7 @@ def _speeds(result: SingleStroke, course: Course) -> Row:
     lowest = _("least: {speed} rpm at {time} s", **words)
     slip = {"slip": written(result.phases.lock_time, 4), "stop": written(result.phases.stop_time, 4)}
     about = _("The clutch slips for {slip} s; the crank stands after {stop} s.", **slip)
-    return Row(
+    return Panel(
         key="stroke_speeds",
         title=_("Speeds on both sides of the clutch"),
         label=_("speed at shaft {name}", name=on),
@@ -72,17 +72,17 @@ def _speeds(result: SingleStroke, course: Course) -> Row:
         si="rad/s",
         about=f"{about} {lowest}.",
         curves=(
-            Curve("driving", _("motor side, with the flywheel"), "blue", "-", 1.8),
-            Curve("crank", _("crank, times the ratio"), "vermillion", "--", 1.6),
+            DiagramCurve("driving", _("motor side, with the flywheel"), "blue", "-", 1.8),
+            DiagramCurve("crank", _("crank, times the ratio"), "vermillion", "--", 1.6),
         ),
         height=4.4,
         zero=True,
         bands=_bands(result),
-        marks=(Mark("least", least["at"], slowest, lowest, "blue"),),
+        marks=(ExtremeMark("least", least["at"], slowest, lowest, "blue"),),
     )
 
 
-def _torques(result: SingleStroke, course: Course) -> Row:
+def _torques(result: SingleStroke, course: Course) -> Panel:
     clutch, brake = result.strokes.clutch, result.strokes.brake
     top = float(np.abs(np.concatenate((course.clutch, course.brake))).max())
     capacity = _("the clutch holds {torque} N m", torque=written(clutch.static_torque))
@@ -92,15 +92,15 @@ def _torques(result: SingleStroke, course: Course) -> Row:
         clutch=written(result.clutch_torque, 5, result.error["clutch_torque"]),
         brake=written(brake.torque),
     )
-    return Row(
+    return Panel(
         key="stroke_torques",
         title=_("Torques of clutch and brake"),
         label=_("torque"),
         unit="N m",
         about=about,
         curves=(
-            Curve("clutch", _("clutch, on {shaft}", shaft=place(clutch.on)), "ink", "-", 1.7),
-            Curve("brake", _("brake, on {shaft}", shaft=place(brake.on)), "purple", "-.", 1.7),
+            DiagramCurve("clutch", _("clutch, on {shaft}", shaft=place(clutch.on)), "ink", "-", 1.7),
+            DiagramCurve("brake", _("brake, on {shaft}", shaft=place(brake.on)), "purple", "-.", 1.7),
         ),
         height=4.4,
         zero=True,
@@ -110,27 +110,27 @@ def _torques(result: SingleStroke, course: Course) -> Row:
     )
 
 
-def _energies(result: SingleStroke, course: Course) -> Row:
+def _energies(result: SingleStroke, course: Course) -> Panel:
     spent = float(course.drive_work[-1])
     most = peak(course.time, course.wheel_work, 1.0)
     assert most is not None
     words = {"energy": written(result.wheel_energy), "time": written(most["at"], 4)}
     note = _("the wheel has given {energy} J at {time} s", **words)
     about = _("The drive gives {energy} J a period.", energy=written(spent, 5, result.error["energy"]["motor"]))
-    return Row(
+    return Panel(
         key="stroke_energies",
         title=_("Energy given since the clutch engaged"),
         label=_("energy"),
         unit="J",
         about=f"{about} {note}.",
         curves=(
-            Curve("wheel_work", _("by the flywheel and what turns with it"), "blue", "-", 1.8),
-            Curve("drive_work", _("by the drive"), "orange", "--", 1.8),
-            Curve("both", _("by both"), "ink", ":", 1.6),
+            DiagramCurve("wheel_work", _("by the flywheel and what turns with it"), "blue", "-", 1.8),
+            DiagramCurve("drive_work", _("by the drive"), "orange", "--", 1.8),
+            DiagramCurve("both", _("by both"), "ink", ":", 1.6),
         ),
         zero=True,
         bands=_bands(result),
-        marks=(Mark("greatest", most["at"], result.wheel_energy, note, "blue"),),
+        marks=(ExtremeMark("greatest", most["at"], result.wheel_energy, note, "blue"),),
     )
 
 
@@ -138,7 +138,7 @@ _BRAKING = 1e-9  # of the greatest torque: the least braking that is shown
 _LIMITS = 241  # speeds at which the curves of a servo drive are drawn
 
 
-def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
+def servo_diagram(part: DiagramData, forces: object = "") -> Diagram | str:
     """Peak and continuous curve of a servo drive over speed, the loop of the motion, the rms point and the peak point."""
     sizing, motor = part.sizing, part.scene.motor
     assert motor is not None
@@ -168,7 +168,7 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
     for name, (kind, at, value, share, colour) in zip(names, points, strict=True):
         place = _("{torque} N m at {speed} rpm", torque=written(value, 4), speed=written(at * RPM, 5))
         curve = _("of the continuous curve") if kind == "least" else _("of the peak curve")
-        marks.append(Mark(kind, at, value, f"{name}: {place}, {written(100 * share, 3)} % {curve}", colour))
+        marks.append(ExtremeMark(kind, at, value, f"{name}: {place}, {written(100 * share, 3)} % {curve}", colour))
     figures = {
         "speeds": speeds,
         "peak": greatest,
@@ -180,9 +180,9 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
         "window": [0.0, float(speeds[-1]), -top if torque.min() < -_BRAKING * top else 0.0, top],
     }
     curves = (
-        Curve("peak", _("peak curve"), "vermillion", "--", 1.6),
-        Curve("continuous", _("continuous curve"), "green", "-.", 1.6),
-        Curve("torque", _("motion over a cycle"), "blue", "-", 2.0),
+        DiagramCurve("peak", _("peak curve"), "vermillion", "--", 1.6),
+        DiagramCurve("continuous", _("continuous curve"), "green", "-.", 1.6),
+        DiagramCurve("torque", _("motion over a cycle"), "blue", "-", 2.0),
     )
     remarks = []
     if load.inertia_ratio is not None:
@@ -190,7 +190,7 @@ def servo_diagram(part: Part, forces: object = "") -> Diagram | str:
         remarks.append(_("Inertia of what it moves over that of its rotor: {ratio}.", ratio=ratio_words))
     about = "; ".join(mark.words for mark in marks) + "."
     title = _("Area of the servo drive")
-    row = Row(
+    row = Panel(
         "servo", title, _("torque of the motor"), "N m", about, curves, 4.4, kind="area", across=RPM, marks=tuple(marks)
     )
     return Diagram(figures, title, about, (row,), tuple(remarks), "area")

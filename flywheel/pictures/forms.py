@@ -232,7 +232,7 @@ _DEGREE_ERROR = 1e-9  # deg
 _MOSTLY = 0.5  # share of unknown values of a couple from which on it is unknown, though known at stretched positions
 
 
-class Curve(NamedTuple):
+class DiagramCurve(NamedTuple):
     """A line over the driver: where its values are in the diagram's figures ("traces.0.values"), its name and style."""
 
     of: str
@@ -254,7 +254,7 @@ class Fill(NamedTuple):
     hatch: str
 
 
-class Mark(NamedTuple):
+class ExtremeMark(NamedTuple):
     """A greatest or least value, with its words and, as far as `line` says, a level to the right end."""
 
     kind: str  # "greatest" or "least"
@@ -274,7 +274,7 @@ class Band(NamedTuple):
     colour: str = ""
 
 
-class Row(NamedTuple):
+class Panel(NamedTuple):
     """One pair of axes: over the driver, or over numbered areas or crossings (`ticks`, "A" or "S")."""
 
     key: str
@@ -282,7 +282,7 @@ class Row(NamedTuple):
     label: str
     unit: str  # in which values are shown
     about: str
-    curves: tuple[Curve, ...]
+    curves: tuple[DiagramCurve, ...]
     height: float = 3.7  # inches in a picture; in proportion on the live page
     factor: float = 1.0  # from SI
     si: str = ""  # unit of the figures, where it is another
@@ -292,7 +292,7 @@ class Row(NamedTuple):
     kind: str = "curves"  # or "stack", "bars", "points", "loop", "area"; "plane": the second curve over the first
     ticks: str = ""
     fills: tuple[Fill, ...] = ()
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[ExtremeMark, ...] = ()
     levels: tuple[Band, ...] = ()
     bands: tuple[Band, ...] = ()
     areas: tuple[str, ...] = ()  # words of the numbered areas of the figures
@@ -310,7 +310,7 @@ class Diagram(NamedTuple):
     figures: dict[str, Any]
     title: str = ""
     about: str = ""
-    rows: tuple[Row, ...] = ()
+    rows: tuple[Panel, ...] = ()
     remarks: tuple[str, ...] = ()  # sentences that the live page sets above
     form: str = "rows"
 
@@ -342,7 +342,7 @@ class Axis(NamedTuple):
     unit: str = "rad"
 
 
-class Part(NamedTuple):
+class DiagramData(NamedTuple):
     """Data of all diagrams; `samples` are those of the cycle whose areas are shown, if there is one.
 
     `stroke` and `course` are the stroke of a machine that works stroke by stroke, and its period over time.
@@ -367,10 +367,10 @@ def part_of(
     view: Mapping[str, Any] | None = None,
     *,
     rest: bool = True,
-) -> Part:
+) -> DiagramData:
     """Positions over the cycle or stroke of a scene, about that number, and the turning moment there."""
     axis = _axis(scene, machine, sizing, count)
-    return Part(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
+    return DiagramData(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
 
 
 # -- the axis ------------------------------------------------------------------------------------------------------------
@@ -440,7 +440,7 @@ def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samp
     return constant._replace(phi=axis.values)
 
 
-def along_motion(part: Part) -> Samples:
+def along_motion(part: DiagramData) -> Samples:
     """The cycle of the motion itself, on the axis."""
     sizing, record = part.sizing, part.samples
     assert sizing is not None
@@ -556,14 +556,14 @@ def force_figures(reactions: Reactions, positions: Array, joints: Iterable[str] 
     return {"joints": forces, "driving": driving}
 
 
-def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *, cyclic: bool = False) -> Iterator[Row]:
+def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *, cyclic: bool = False) -> Iterator[Panel]:
     """The rows of those figures; `cyclic`: the positions are those of a whole cycle, whose ends may differ by a jump."""
     for k, joint in enumerate(figures["joints"]):
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
         is_belt = joint["kind"] == "coupling" and "moment" in joint
         if largest is None or (is_belt and np.isnan(joint["moment"]).mean() > _MOSTLY):
             about = _("Unknown: redundant constraints, or friction locks.")
-            yield Row(key, title, _("force"), "N", about, ())
+            yield Panel(key, title, _("force"), "N", about, ())
             continue
         if is_belt:
             yield _moment_row(key, title, joint["moment"], positions)
@@ -577,16 +577,19 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *
         )
         if joint["kind"] != SLIDE:
             values = np.stack((joint["x"], joint["y"]))
-            curves: tuple[Curve, ...] = Curve(f"{key}.x", "Fx", "blue", "-", 1.6), Curve(f"{key}.y", "Fy", "blue", "-", 1.6)
+            curves: tuple[DiagramCurve, ...] = (
+                DiagramCurve(f"{key}.x", "Fx", "blue", "-", 1.6),
+                DiagramCurve(f"{key}.y", "Fy", "blue", "-", 1.6),
+            )
             along, jumps = force_marks(positions, values, linkage.sliding), breaks(positions, values, cyclic=cyclic)
-            row = Row(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
+            row = Panel(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
             yield row._replace(along=along, breaks=jumps)
             continue
         words = {"normal": _("normal"), "front": _("front"), "rear": _("rear")}
         sides = [part for part in _SIDES if part in joint]
-        curves = tuple(Curve(f"{key}.{part}", words[part], *_SIDES[part], 1.6) for part in sides)
+        curves = tuple(DiagramCurve(f"{key}.{part}", words[part], *_SIDES[part], 1.6) for part in sides)
         values = np.stack([joint[part] for part in sides])
-        row = Row(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
+        row = Panel(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
         yield row._replace(breaks=breaks(positions, values))
         moment = joint.get("moment")
         if moment is not None and float(np.nanmax(np.abs(moment), initial=0.0)) > _NEGLIGIBLE * largest["value"]:
@@ -595,27 +598,27 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *
         yield _action_row(k, drive, positions)
 
 
-def _moment_row(key: str, title: str, moment: Array, positions: Array) -> Row:
+def _moment_row(key: str, title: str, moment: Array, positions: Array) -> Panel:
     """The row of a moment in a slide, or of a belt's couple."""
     least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
     about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
-    curve = Curve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
-    row = Row(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
+    curve = DiagramCurve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
+    row = Panel(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
     return row._replace(breaks=breaks(positions, moment))
 
 
-def _action_row(k: int, drive: Mapping[str, Any], positions: Array) -> Row:
+def _action_row(k: int, drive: Mapping[str, Any], positions: Array) -> Panel:
     """The row of a driving torque or force."""
     name, title = _("driving torque"), _("driving torque at {joint}", joint=drive["name"])
     if drive["unit"] == "N":
         name, title = _("driving force"), _("driving force at {joint}", joint=drive["name"])
     if drive["least"] is None:
-        return Row(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
+        return Panel(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
     low, high = drive["least"]["value"], drive["greatest"]["value"]
     factor, unit = scaled(drive["unit"], max(-low, high))
     about = _("from {least} to {most} {unit}", least=written(factor * low, 4), most=written(factor * high, 4), unit=unit)
-    curves = (Curve(f"driving.{k}.values", name, "green", "-", 1.6),)
-    row = Row(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
+    curves = (DiagramCurve(f"driving.{k}.values", name, "green", "-", 1.6),)
+    row = Panel(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
     return row._replace(breaks=breaks(positions, drive["values"]))
 
 

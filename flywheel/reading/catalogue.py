@@ -267,7 +267,9 @@ def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]
         return None
     if not _NUMBER.fullmatch(text):
         try:
-            return parse_quantity(text, kind) if not unit else _refused(text, unit)
+            if unit:
+                raise QuantityError(quote(text), f"a number in {unit}, as the header has it")
+            return parse_quantity(text, kind)
         except QuantityError as error:
             faults.append(Fault(path, error.defect, error.expected, error.advice))
             return None
@@ -283,10 +285,6 @@ def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]
         faults.append(Fault(path, f"{text} without a unit", "a unit in the header or in the cell", advice))
         return None
     return f"{text} {unit}"
-
-
-def _refused(text: str, unit: str) -> float:
-    raise QuantityError(quote(text), f"a number in {unit}, as the header has it")
 
 
 def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:

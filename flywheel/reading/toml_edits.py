@@ -69,12 +69,6 @@ def _dotted(path: Path) -> str:
     return ".".join(key_text(str(part)) for part in path)
 
 
-def _heading(path: Path) -> str:
-    """The heading of a table, or of an item of an array of tables."""
-    name = _dotted(tuple(part for part in path if isinstance(part, str)))
-    return f"[[{name}]]" if isinstance(path[-1], int) else f"[{name}]"
-
-
 # -- changes -------------------------------------------------------------------------------------------------------------
 
 
@@ -216,7 +210,9 @@ def _with_table(outline: Outline, path: Path, written: str) -> str:
     table = path if isinstance(value, dict) or isinstance(path[-1], int) else path[:-1]
     if not table or (isinstance(path[-1], int) and not isinstance(value, dict)):
         raise EditError("a place that has no heading")
-    lines = [_heading(table), *(_lines_of(value) if table == path else [f"{key_text(str(path[-1]))} = {written}"])]
+    name = _dotted(tuple(part for part in table if isinstance(part, str)))
+    heading = f"[[{name}]]" if isinstance(table[-1], int) else f"[{name}]"  # of an item of an array of tables, or a table
+    lines = [heading, *(_lines_of(value) if table == path else [f"{key_text(str(path[-1]))} = {written}"])]
     shared = [_shared(block.path, table) for block in outline.blocks]
     last = max(i for i, count in enumerate(shared) if count == max(shared))  # behind what has most of its path in common
     at = _begin(outline, last + 1)

@@ -47,7 +47,7 @@ from flywheel.report.document import (
 )
 from flywheel.report.formulas import Quantity
 from flywheel.report.regime import ROUNDING
-from flywheel.report.solutions import Solution
+from flywheel.report.solutions import PrintedSolution
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import PowerFlow, Sizing
 from flywheel.sizing.sizing import size
@@ -221,7 +221,7 @@ def html(
     *,
     language: str | None = None,
     units: str = "si",
-    printed: Solution | None = None,
+    printed: PrintedSolution | None = None,
     cover_sheet: bool = False,
 ) -> str:
     """The report of a sizing, or of a scene, which is then sized, as one HTML file.
@@ -245,7 +245,7 @@ def html(
 
 
 def worked(
-    source: Source, *, customary: bool = False, printed: Solution | None = None, cover_sheet: bool = False
+    source: Source, *, customary: bool = False, printed: PrintedSolution | None = None, cover_sheet: bool = False
 ) -> Document:
     """The report as a document, in the language in use; a machine without a flywheel has no cover sheet."""
     scene = source if isinstance(source, Scene) else source.scene
@@ -349,7 +349,7 @@ def _figure_of_stroke(result: SingleStroke) -> Figure:
     return Figure(drawn, _("One stroke over time"), about)
 
 
-def _parts(scene: Scene, source: Source, printed: Solution | None) -> Iterator[Part]:
+def _parts(scene: Scene, source: Source, printed: PrintedSolution | None) -> Iterator[Part]:
     """The sections in their order."""
     if isinstance(source, SingleStroke):
         yield _scene(scene, [str(remark) for remark in scene.remarks])
@@ -729,7 +729,7 @@ def write(
     *,
     language: str | None = None,
     units: str = "si",
-    printed: Solution | None = None,
+    printed: PrintedSolution | None = None,
     cover_sheet: bool = False,
     inputs: Iterable[str | Path] = (),
 ) -> None:

@@ -21,7 +21,7 @@ from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section,
 from flywheel.report.formulas import Quantity, index
 from flywheel.report.positions import unit_text
 from flywheel.report.reduction import (
-    Steps,
+    StepsAt,
     grid,
     head_of,
     inertia,
@@ -52,7 +52,7 @@ def sections(
     if scene.areas is not None:
         return ()
     machine = source if isinstance(source, Machine) else source.machine if isinstance(source, Sizing) else None
-    at = Steps(machine or scene, phi)
+    at = StepsAt(machine or scene, phi)
     parts = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at, extremes), moment(at, moment_drawn)]
     return tuple(section for section in parts if section.parts)
 
@@ -60,7 +60,7 @@ def sections(
 # -- the mechanism and its data ----------------------------------------------------------------------------------------
 
 
-def _mechanism(at: Steps) -> Section:
+def _mechanism(at: StepsAt) -> Section:
     """The mechanism drawn with its dimensions, its data, and the position of all steps."""
     parts: list[Part] = []
     if at.scene.mechanisms:
@@ -72,8 +72,17 @@ def _mechanism(at: Steps) -> Section:
     if at.scene.parameters or at.scene.unknown not in (None, "drive"):
         parts.append(_parameters(at))
     if at.scene.gravity is not None:
-        parts.append(_gravity(at))
-    parts.append(Step(_where(at), result=Quantity(at.symbol, at.phi, "m" if at.sliding else "°"), note=_prime(at)))
+        gx, gy = at.scene.gravity
+        rows = ((_("along +x"), Quantity("g_x", gx, "m/s²")), (_("along +y"), Quantity("g_y", gy, "m/s²")))
+        parts.append(Table(_("Gravity"), (_("direction"), _("acceleration")), rows))
+    where = _("Crank angle for all steps, because most loads act there")
+    if at.scene.stroke is not None:
+        where = _("Position of the driver for all steps, because most loads act there")
+    prime = _(
+        "A prime is the derivative by {by}: the influence coefficient g of a place is its prime, g′ the next one.",
+        by="x" if at.sliding else "φ",
+    )
+    parts.append(Step(where, result=Quantity(at.symbol, at.phi, "m" if at.sliding else "°"), note=prime))
     return Section(_("The mechanism"), tuple(parts))
 
 
@@ -97,20 +106,7 @@ def _shafts(scene: Scene) -> Table:
     return Table(_("Shafts, with speed ratios i to the crank"), tuple(columns), rows)
 
 
-def _where(at: Steps) -> str:
-    if at.scene.stroke is not None:
-        return _("Position of the driver for all steps, because most loads act there")
-    return _("Crank angle for all steps, because most loads act there")
-
-
-def _prime(at: Steps) -> str:
-    by = "x" if at.sliding else "φ"
-    return _(
-        "A prime is the derivative by {by}: the influence coefficient g of a place is its prime, g′ the next one.", by=by
-    )
-
-
-def _scene_data(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
+def _scene_data(at: StepsAt, group: Sequence[Mechanism]) -> Iterator[Part]:
     """The data of a mechanism as the scene gives them, with the symbols that they have in the formulas."""
     mechanism = group[0]
     made = at.sheets[mechanism.name]
@@ -156,7 +152,7 @@ def _scene_data(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
         )
 
 
-def _parameters(at: Steps) -> Table:
+def _parameters(at: StepsAt) -> Table:
     values = dict(at.scene.parameters)
     rows = []
     for name, value in values.items():
@@ -169,13 +165,7 @@ def _parameters(at: Steps) -> Table:
     return Table(_("Parameters, in SI units"), (_("name"), _("value")), tuple(rows))
 
 
-def _gravity(at: Steps) -> Table:
-    gx, gy = at.scene.gravity or (0.0, 0.0)
-    rows = ((_("along +x"), Quantity("g_x", gx, "m/s²")), (_("along +y"), Quantity("g_y", gy, "m/s²")))
-    return Table(_("Gravity"), (_("direction"), _("acceleration")), rows)
-
-
-def _pictures(at: Steps) -> Iterator[Part]:
+def _pictures(at: StepsAt) -> Iterator[Part]:
     from flywheel.mechanisms.families import has_joints
 
     if not any(has_joints(mechanism) for mechanism in at.scene.mechanisms):
@@ -192,7 +182,7 @@ def _pictures(at: Steps) -> Iterator[Part]:
 # -- the bond graph ----------------------------------------------------------------------------------------------------
 
 
-def _graph(at: Steps) -> Section:
+def _graph(at: StepsAt) -> Section:
     from flywheel.pictures import dimensions
 
     svg = partial(dimensions.bond_graph, at.machine, tuple(at.sheets))
@@ -216,7 +206,7 @@ def _graph(at: Steps) -> Section:
     return Section(_("The bond graph"), tuple(parts))
 
 
-def _ratios(at: Steps) -> Iterator[tuple[Cell, ...]]:
+def _ratios(at: StepsAt) -> Iterator[tuple[Cell, ...]]:
     """The local ratios of the graph's transformers, of mechanisms that are explained."""
     for made in at.sheets.values():
         needed = set(at.machine.graph.elements)
@@ -232,7 +222,7 @@ def _ratios(at: Steps) -> Iterator[tuple[Cell, ...]]:
 # -- positions and influence coefficients ------------------------------------------------------------------------------
 
 
-def _kinematics(at: Steps) -> Iterator[Section]:
+def _kinematics(at: StepsAt) -> Iterator[Section]:
     for group in at.groups:
         made = at.sheets[group[0].name]
         parts: list[Part] = list(made.parts())
@@ -242,7 +232,7 @@ def _kinematics(at: Steps) -> Iterator[Section]:
         yield Section(_("Positions and influence coefficients of {name}", name=group[0].name), tuple(parts))
 
 
-def _by_graph(at: Steps, mechanism: Mechanism) -> Iterator[Part]:
+def _by_graph(at: StepsAt, mechanism: Mechanism) -> Iterator[Part]:
     """Coefficients by the bond graph's chain of ratios, if no formula is shown above."""
     rows: list[tuple[Cell, ...]] = []
     for junction in dict.fromkeys(element.junction for element in at.elements):
@@ -259,7 +249,7 @@ def _by_graph(at: Steps, mechanism: Mechanism) -> Iterator[Part]:
         )
 
 
-def _over_cycle(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
+def _over_cycle(at: StepsAt, group: Sequence[Mechanism]) -> Iterator[Part]:
     """Places and coefficients of the ports over the cycle, with the extreme positions."""
     mechanism = group[0]
     family = at.machine.family(mechanism)
@@ -287,7 +277,7 @@ def _over_cycle(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
         yield Table(f"{mechanism.name}. {caption}", tuple(head), rows)
 
 
-def _with_extremes(at: Steps, junctions: Iterable[str]) -> Array:
+def _with_extremes(at: StepsAt, junctions: Iterable[str]) -> Array:
     """The grid with the positions at which a velocity changes its sign."""
     phi = grid(at)
     fine = (

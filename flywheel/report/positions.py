@@ -130,7 +130,8 @@ class Sheet:
         if part.com == 0.0 or part.mass == 0.0:
             return
         self.part(_("Centre of mass of {body}", body=name))
-        arm = self._own_arm(name, line, *_rates(line, velocity))
+        rates = ("1", "0") if velocity == "crank" else (f"{line}_prime", f"{line}_second")  # of the line: rate and slope
+        arm = self._own_arm(name, line, *rates)
         self._point(name, [arm])
         rate = arm[2]
         symbol = f"u_{index(name)}_prime"
@@ -246,11 +247,6 @@ def sheet(machine: Machine, mechanism: Mechanism, phi: float) -> Sheet:
 
 
 # -- what mechanisms have in common ------------------------------------------------------------------------------------
-
-
-def _rates(line: str, velocity: str) -> tuple[str, str]:
-    """Names of the rate and the slope of a line; those of the crank itself are 1 and 0."""
-    return ("1", "0") if velocity == "crank" else (f"{line}_prime", f"{line}_second")
 
 
 def _added(terms: list[str]) -> str:

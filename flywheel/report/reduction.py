@@ -38,7 +38,7 @@ _MOST_TERMS = 12
 _LONGEST = 160  # characters of an expression that is shown
 
 
-class Element(NamedTuple):
+class OnePort(NamedTuple):
     """A one-port of the machine's graph: its law, its junction, and the part that it belongs to."""
 
     name: str
@@ -48,7 +48,7 @@ class Element(NamedTuple):
     part: str
 
 
-class Steps:
+class StepsAt:
     """A machine at the position of all steps, with the steps of its mechanisms there.
 
     `phi` is the coordinate of the driver (rad, or m if it slides); `speed` (rad/s) is that at which loads that depend on it
@@ -81,14 +81,14 @@ class Steps:
         return {group[0].name: sheet(self.machine, group[0], self.phi) for group in self.groups}
 
     @cached_property
-    def elements(self) -> list[Element]:
+    def elements(self) -> list[OnePort]:
         """Elements that store, drive or resist, from the machine's bond graph."""
         graph, elements = self.machine.graph, []
         for element in graph.elements.values():
             if element.kind in ("I", "Se", "C", "R") and element.law:
                 bond = graph.bond_of(element.name)
                 junction = bond.tail if bond.head == element.name else bond.head
-                elements.append(Element(element.name, element.kind, element.law, junction, element.part or element.name))
+                elements.append(OnePort(element.name, element.kind, element.law, junction, element.part or element.name))
         return elements
 
     def explained(self, junction: str) -> bool:
@@ -171,7 +171,7 @@ class Steps:
 # -- tables over the cycle -----------------------------------------------------------------------------------------------
 
 
-def grid(at: Steps) -> Array:
+def grid(at: StepsAt) -> Array:
     """Positions of the tables: every 30 degrees (more in longer cycles), or tenths of a stroke."""
     if at.scene.stroke is not None:
         return at.scene.stroke.start + at.scene.stroke.span * np.arange(11) / 10
@@ -179,18 +179,18 @@ def grid(at: Steps) -> Array:
     return np.radians(np.arange(0.0, np.degrees(at.scene.cycle) - 1e-9, step))
 
 
-def position_cell(at: Steps, phi: float) -> str:
+def position_cell(at: StepsAt, phi: float) -> str:
     """A position as the first cell of a row."""
     value = 1000.0 * phi if at.sliding else np.degrees(phi)
     return localized(f"{value:.6g}").replace("-", "−")
 
 
-def head_of(at: Steps) -> str:
+def head_of(at: StepsAt) -> str:
     """The head of the first column."""
     return "x, mm" if at.sliding else "φ, °"
 
 
-def where_text(at: Steps, phi: float) -> str:
+def where_text(at: StepsAt, phi: float) -> str:
     """A position of the driver in words."""
     number = localized(f"{phi * 1000 if at.sliding else np.degrees(phi):.6g}").replace("-", "−")
     return f"x = {number} mm" if at.sliding else f"φ = {number}°"
@@ -207,7 +207,7 @@ def cell(column: Array, k: int) -> Quantity:
     return Quantity("", 0.0 if abs(value) <= 1e-12 * size else value, digits=5)
 
 
-def rows_of(at: Steps, phi: Array, columns: Sequence[Array]) -> tuple[tuple[Cell, ...], ...]:
+def rows_of(at: StepsAt, phi: Array, columns: Sequence[Array]) -> tuple[tuple[Cell, ...], ...]:
     """The rows of a table over the driver's coordinate."""
     return tuple((position_cell(at, float(q)), *(cell(column, k) for column in columns)) for k, q in enumerate(phi))
 
@@ -221,7 +221,7 @@ def split(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
 # -- reduced inertia ---------------------------------------------------------------------------------------------------
 
 
-def inertia(at: Steps, extremes: tuple[Part, ...] | None = None) -> Section:
+def inertia(at: StepsAt, extremes: tuple[Part, ...] | None = None) -> Section:
     """I* body by body at one position, its slope, and both over the cycle, with its extremes there."""
     star, what = ("m_star", _("Reduced mass m*")) if at.sliding else ("I_star", _("Reduced inertia I*"))
     unit = "kg" if at.sliding else "kg m²"
@@ -229,7 +229,7 @@ def inertia(at: Steps, extremes: tuple[Part, ...] | None = None) -> Section:
     law = _("Kinetic energy is the same: ½ I* ω² is the sum of ½ m v² and ½ J ω² of every body, and each velocity is g ω.")
     parts: list[Part] = [Note(law)]
     stores = [element for element in at.elements if element.kind == "I"]
-    bodies: dict[str, list[Element]] = {}
+    bodies: dict[str, list[OnePort]] = {}
     for element in stores:
         bodies.setdefault(element.part, []).append(element)
     if not bodies:
@@ -254,13 +254,13 @@ def inertia(at: Steps, extremes: tuple[Part, ...] | None = None) -> Section:
     return Section(what, tuple(parts))
 
 
-def _added_mass(at: Steps, on: str, path: str, value: float) -> Quantity:
+def _added_mass(at: StepsAt, on: str, path: str, value: float) -> Quantity:
     """A mass or inertia that the scene fixes on a place."""
     line = not at.machine.places[on].rotating
     return Quantity(f"{'m' if line else 'J'}_{index(path)}", value, "kg" if line else "kg m²")
 
 
-def _short(at: Steps, part: str) -> str:
+def _short(at: StepsAt, part: str) -> str:
     """A part's name as an index: without its mechanism's if there is only one."""
     owner, _dot, body = part.partition(".")
     if part.startswith("inertia on "):
@@ -269,13 +269,13 @@ def _short(at: Steps, part: str) -> str:
     return index(body if only and body else part)
 
 
-def _slope(at: Steps, elements: Sequence[Element]) -> float:
+def _slope(at: StepsAt, elements: Sequence[OnePort]) -> float:
     """Contribution of a body to dI*/dphi: 2 sum m g g'."""
     gains, slopes = at.state.gains, at.state.gain_slopes
     return 2.0 * sum(float(e.law) * float(gains[e.junction][0]) * float(slopes[e.junction][0]) for e in elements)
 
 
-def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope: Quantity) -> Iterator[Part]:
+def _body(at: StepsAt, part: str, mine: Sequence[OnePort], share: Quantity, slope: Quantity) -> Iterator[Part]:
     """One body: m g_x² + m g_y² + J g_theta², and the slope of that."""
     terms, bent = [], []
     numbers: dict[str, Quantity] = {}
@@ -325,7 +325,7 @@ def _sum(what: str, total: Quantity, shares: Sequence[Quantity]) -> Step:
 
 
 def _listed(
-    at: Steps, star: str, shares: list[Quantity], slopes: list[Quantity], bodies: Mapping[str, Any]
+    at: StepsAt, star: str, shares: list[Quantity], slopes: list[Quantity], bodies: Mapping[str, Any]
 ) -> Iterator[Part]:
     """All bodies in a table, if some are explained by equal ones, or if they are many."""
     if len(at.scene.mechanisms) < 2 and len(shares) <= _MOST_TERMS:
@@ -339,7 +339,7 @@ def _listed(
 
 
 def _inertia_over_cycle(
-    at: Steps, bodies: Sequence[str], star: str, unit: str, per: str, extremes: tuple[Part, ...] | None
+    at: StepsAt, bodies: Sequence[str], star: str, unit: str, per: str, extremes: tuple[Part, ...] | None
 ) -> Iterator[Part]:
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
@@ -390,7 +390,7 @@ def _inertia_over_cycle(
     yield Figure(picture, _("{symbol} by body", symbol=symbol), _("Every body's share, and their sum in black."))
 
 
-def _turning_point(at: Steps, fine: Array, k: int) -> float:
+def _turning_point(at: StepsAt, fine: Array, k: int) -> float:
     """Angle at which I* is least or greatest, near one of close positions: the root of its slope, if it is smooth there."""
     low, high = float(fine[max(k - 1, 0)]), float(fine[min(k + 1, fine.size - 1)])
 
@@ -411,7 +411,7 @@ def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:
     return kept | {_("others"): np.sum([part for name, part in some.items() if name not in largest], axis=0)}
 
 
-def _fine(at: Steps) -> Array:
+def _fine(at: StepsAt) -> Array:
     """Close positions, including those of the machine's breakpoints."""
     marks = at.machine.landmarks
     count = max(1440 // max(len(marks) - 1, 1), 8)
@@ -423,7 +423,7 @@ def _fine(at: Steps) -> Array:
 # -- reduced moment ----------------------------------------------------------------------------------------------------
 
 
-def moment(at: Steps, drawn: bool = True) -> Section:
+def moment(at: StepsAt, drawn: bool = True) -> Section:
     """M* load by load at one position, driving and resisting loads, and both over the cycle, with a picture."""
     star, what = ("F_star", _("Reduced force F*")) if at.sliding else ("M_star", _("Reduced moment M*"))
     unit = "N" if at.sliding else "N m"
@@ -431,7 +431,7 @@ def moment(at: Steps, drawn: bool = True) -> Section:
         "Power is the same: M* ω is the sum of F v and T ω of every load, and each velocity is g ω: so M* = Σ F g + Σ T g."
     )
     parts: list[Part] = [Note(law), *_conditions(at)]
-    sources: dict[str, list[Element]] = {}
+    sources: dict[str, list[OnePort]] = {}
     for element in at.elements:
         if element.kind != "I":
             sources.setdefault(element.part, []).append(element)
@@ -457,12 +457,12 @@ def moment(at: Steps, drawn: bool = True) -> Section:
     return Section(what, tuple(parts))
 
 
-def symbol_of(at: Steps) -> str:
+def symbol_of(at: StepsAt) -> str:
     """The reduced moment's or force's symbol."""
     return "F*" if at.sliding else "M*"
 
 
-def _conditions(at: Steps) -> Iterator[Part]:
+def _conditions(at: StepsAt) -> Iterator[Part]:
     """Notes on the speed and time at which loads are taken, and on omissions."""
     if at.machine.depends_on_speed and at.speed is not None:
         unit = "m/s" if at.sliding else "rad/s"
@@ -482,7 +482,7 @@ def _conditions(at: Steps) -> Iterator[Part]:
         yield Note(title, "remark")
 
 
-def _name_of(at: Steps, part: str, n: int) -> str:
+def _name_of(at: StepsAt, part: str, n: int) -> str:
     """The index of a source: G and the body of a weight, d of the drive, its number of another one."""
     if part == "drive":
         return "d"
@@ -493,7 +493,7 @@ def _name_of(at: Steps, part: str, n: int) -> str:
     return "f" if part == FRICTION else str(n)
 
 
-def _load(at: Steps, part: str, mine: Sequence[Element], share: Quantity, n: int) -> Iterator[Part]:
+def _load(at: StepsAt, part: str, mine: Sequence[OnePort], share: Quantity, n: int) -> Iterator[Part]:
     """One source, by its kind."""
     if part.startswith("weight of "):
         yield _weight(at, part, mine, share)
@@ -520,7 +520,7 @@ def _load(at: Steps, part: str, mine: Sequence[Element], share: Quantity, n: int
         yield from _effort(at, effort, part, mine[0], share, n)
 
 
-def _weight(at: Steps, part: str, mine: Sequence[Element], share: Quantity) -> Step:
+def _weight(at: StepsAt, part: str, mine: Sequence[OnePort], share: Quantity) -> Step:
     """A weight: the mass times gravity along each velocity of its centre of mass."""
     body = part.removeprefix("weight of ")
     owner, _dot, name = body.partition(".")
@@ -546,7 +546,7 @@ def _weight(at: Steps, part: str, mine: Sequence[Element], share: Quantity) -> S
     return _checked(Step(what, f"{share.symbol} = {' + '.join(terms)}", tuple(numbers.values()), share))
 
 
-def _work_step(at: Steps, effort: Quantity, junction: str, share: Quantity) -> Step:
+def _work_step(at: StepsAt, effort: Quantity, junction: str, share: Quantity) -> Step:
     """A force or torque times the influence coefficient of its place."""
     gain, numbers = at.gain(junction)
     text = f"{share.symbol} = {effort.symbol}" + ("" if gain == "1" else f"*{gain}")
@@ -558,12 +558,12 @@ def _work_step(at: Steps, effort: Quantity, junction: str, share: Quantity) -> S
     return _checked(Step(what, text, (effort, *numbers), share))
 
 
-def _letter(at: Steps, junction: str, n: int | str) -> Quantity:
+def _letter(at: StepsAt, junction: str, n: int | str) -> Quantity:
     line = at.translates(junction)
     return Quantity(f"{'F' if line else 'T'}_{n}", 0.0, "N" if line else "N m")
 
 
-def _displacement(at: Steps, on: str) -> Quantity:
+def _displacement(at: StepsAt, on: str) -> Quantity:
     """Displacement of a place: the coordinate of its sheet, or the library's own number."""
     owner, _dot, port = on.partition(".")
     made = at.sheets.get(owner)
@@ -579,7 +579,7 @@ def _displacement(at: Steps, on: str) -> Quantity:
     )
 
 
-def _here(at: Steps, on: str) -> tuple[Here, Here]:
+def _here(at: StepsAt, on: str) -> tuple[Here, Here]:
     """Arguments of a load's law at the position, and in the middle of its smooth piece."""
     machine, own = at.machine, np.float64(at.phi - at.scene.origin)
     anchor = np.float64(np.ravel(machine.anchors(np.array([float(own)])))[0])
@@ -594,7 +594,7 @@ def _here(at: Steps, on: str) -> tuple[Here, Here]:
     return terms[0], terms[1]
 
 
-def _spring(at: Steps, spring: Spring, element: Element, share: Quantity, n: int) -> Iterator[Part]:
+def _spring(at: StepsAt, spring: Spring, element: OnePort, share: Quantity, n: int) -> Iterator[Part]:
     """F = -k (x - x0)."""
     where, line = _displacement(at, spring.on), at.translates(element.junction)
     k = Quantity(f"k_{n}", spring.stiffness, "N/m" if line else "N m/rad")
@@ -607,7 +607,7 @@ def _spring(at: Steps, spring: Spring, element: Element, share: Quantity, n: int
     yield _work_step(at, force, element.junction, share)
 
 
-def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Quantity, n: int) -> Iterator[Part]:
+def _damper(at: StepsAt, coefficient: float, part: str, element: OnePort, share: Quantity, n: int) -> Iterator[Part]:
     """M* = -c g² omega."""
     gain, numbers = at.gain(element.junction)
     line = at.translates(element.junction)
@@ -621,7 +621,7 @@ def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Q
 # -- loads and the drive -----------------------------------------------------------------------------------------------
 
 
-def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quantity, n: int) -> Iterator[Part]:
+def _effort(at: StepsAt, effort: Effort, part: str, element: OnePort, share: Quantity, n: int) -> Iterator[Part]:
     """A load or the drive: its window, its law with the numbers, and its share of M*."""
     here, anchor = _here(at, effort.load.on)
     with np.errstate(all="ignore"):
@@ -640,7 +640,7 @@ def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quant
     yield _work_step(at, force, element.junction, share)
 
 
-def _model(at: Steps, effort: Effort) -> str:
+def _model(at: StepsAt, effort: Effort) -> str:
     """Description of a load of a known kind, or a motor, and the formula for its numbers from the scene."""
     load = effort.load
     if not load.model:
@@ -651,7 +651,7 @@ def _model(at: Steps, effort: Effort) -> str:
     return " ".join(filter(None, (words, "" if kind is None else message(kind.formula))))
 
 
-def _window(at: Steps, effort: Effort) -> str:
+def _window(at: StepsAt, effort: Effort) -> str:
     """Window of a load, and its sense, in words."""
     load, rows = effort.load, []
     if load.start is not None and load.end is not None:
@@ -666,7 +666,7 @@ def _window(at: Steps, effort: Effort) -> str:
     return " ".join(rows)
 
 
-def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _law(at: StepsAt, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """The law of a load that acts, evaluated at the position."""
     law = effort.load.law
     if law is None:
@@ -681,7 +681,7 @@ def _law(at: Steps, effort: Effort, name: str, force: Quantity, acts: str) -> It
         yield from _expression(at, effort, law, name, force, acts)
 
 
-def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _table(at: StepsAt, effort: Effort, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """Interpolation between two rows of a table, linear if the table is."""
     here, anchor = _here(at, effort.load.on)
     pieces = TableCurve(law)
@@ -711,7 +711,7 @@ def _table(at: Steps, effort: Effort, law: Rows, name: str, force: Quantity, act
     yield _checked(Step(name, text, (fa, fb, psi, a, b), force, note=acts))
 
 
-def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _expression(at: StepsAt, effort: Effort, law: Expression, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """The expression of a load: as written, then the branch that applies here, with its numbers."""
     names, preparation = _names(at, effort, law)
     text, values = law.text.replace("\\\n", " ").strip(), {symbol: value.value for symbol, value in names.items()}
@@ -735,7 +735,7 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
     yield _checked(Step(name, f"{force.symbol} = {branch}", numbers, force, note=note))
 
 
-def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
+def _names(at: StepsAt, effort: Effort, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
     """Values of the names of an expression here, and the steps for those not yet known."""
     here, anchor = _here(at, effort.load.on)
     place_of = effort.place
@@ -779,7 +779,7 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
     return quantities, steps
 
 
-def driving(at: Steps) -> list[str]:
+def driving(at: StepsAt) -> list[str]:
     """The loads with positive work in a cycle (or along a stroke): their sum is M_m*, that of the others M_r*."""
     mesh = cells.cells(at.machine.mesh)
     moving = at.speed if at.machine.depends_on_speed or at.machine.depends_on_time else None
@@ -792,7 +792,7 @@ def driving(at: Steps) -> list[str]:
     return terms
 
 
-def _sides(at: Steps, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
+def _sides(at: StepsAt, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
     """Positions, those of switches twice, once for each side; the middles of their pieces; M* by part."""
     own = phi - at.scene.origin
     edges = at.machine.breakpoints
@@ -815,7 +815,7 @@ def _sides(at: Steps, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
     return angles + at.scene.origin, middle, {name: part + 0.0 * angles for name, part in parts.items()}
 
 
-def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool) -> Iterator[Part]:
+def _moment_over_cycle(at: StepsAt, sources: Sequence[str], unit: str, drawn: bool) -> Iterator[Part]:
     symbol = symbol_of(at)
     letter = symbol[0]
     drives = driving(at)

@@ -36,7 +36,7 @@ _NO_FIGURE = 1e-12  # of the greatest figure of a unit
 _KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
 
 
-class Row(NamedTuple):
+class PrintedFigure(NamedTuple):
     """One figure of a printed solution: its name, the path of this package, and the printed text."""
 
     what: str
@@ -48,15 +48,15 @@ class Row(NamedTuple):
     misprint: str = ""
 
 
-class Solution(NamedTuple):
+class PrintedSolution(NamedTuple):
     """A printed solution of a scene, in the language in use."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[PrintedFigure, ...]
     source: str = ""
     remarks: tuple[str, ...] = ()
 
 
-def solution(path: str | Path, scene: str | Path) -> Solution:
+def solution(path: str | Path, scene: str | Path) -> PrintedSolution:
     """The printed solution of a scene's file, from a file of solutions, in the language in use.
 
     Raises:
@@ -88,17 +88,19 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
             faults.append(Fault(here, f"{error.args[0] if error.args else error}", "what, figure, printed as texts"))
     if faults:
         raise SceneError(faults)
-    return Solution(tuple(rows), _translation(table.get("source", "")), tuple(map(_translation, table.get("remarks", ()))))
+    return PrintedSolution(
+        tuple(rows), _translation(table.get("source", "")), tuple(map(_translation, table.get("remarks", ())))
+    )
 
 
-def _row(entry: Mapping[str, Any]) -> Row:
+def _row(entry: Mapping[str, Any]) -> PrintedFigure:
     if unknown := sorted(set(entry) - _KEYS):
         raise ValueError(f"key {unknown[0]!r}")
     if not isinstance(entry["printed"], str) or not isinstance(entry["figure"], str):
         raise TypeError("printed or figure that is no text")
     Decimal(entry["printed"])
     at = entry.get("at")
-    return Row(
+    return PrintedFigure(
         what=_translation(entry["what"]),
         figure=entry["figure"],
         printed=entry["printed"],
@@ -118,7 +120,7 @@ def _translation(value: Any) -> str:
     return value
 
 
-def ours(sizing: Sizing, row: Row) -> float | None:
+def ours(sizing: Sizing, row: PrintedFigure) -> float | None:
     """The computed figure of a row, or None if there is none."""
     if row.at is None:
         tables: Any = sizing.as_dict()
@@ -161,13 +163,13 @@ def meets(printed: str, value: float) -> bool:
     return abs(ours - print_) <= digit / 2 or cut
 
 
-def _whole(value: float, row: Row, rows: Sequence[Row], values: Sequence[float | None]) -> float:
+def _whole(value: float, row: PrintedFigure, rows: Sequence[PrintedFigure], values: Sequence[float | None]) -> float:
     """A figure, or 0 if it is only rounding compared with others of its unit."""
     beside = [abs(other or 0.0) for one, other in zip(rows, values, strict=True) if one.unit == row.unit]
     return 0.0 if abs(value) <= _NO_FIGURE * max(beside) else value
 
 
-def section(sizing: Sizing, printed: Solution) -> Section:
+def section(sizing: Sizing, printed: PrintedSolution) -> Section:
     """Section with printed figures, ours, and misprints."""
     rows: list[tuple[Cell, ...]] = []
     misprints: list[str] = []

@@ -66,7 +66,11 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
     trips = [message(each) for each in trip_messages(result.trips)]
     point = servo_load(result.strokes, result.phases)
     servo = () if point is None else servo_rows(point, system)
-    remarks = *_slips_again(result, system), *_off_stop(result, system)
+    remarks = tuple(_off_stop(result, system))
+    if result.phases.slips:
+        angle = system.read(float(result.phases.slips[0].driven.start.phi) % TURN, "angle")
+        again = _("THE CLUTCH SLIPS AGAIN under the work from {angle} on: it needs a greater torque.", angle=angle)
+        remarks = again, *remarks
     title = printable(result.scene.title or "").strip() or _("Machine that works stroke by stroke")
     return (
         Block("title", title),
@@ -79,12 +83,6 @@ def blocks(result: SingleStroke, units: str = "si") -> tuple[Block, ...]:
         _shares(result, system),
         _formulas(result, system),
     )
-
-
-def _slips_again(result: SingleStroke, system: TradeUnits) -> Iterator[str]:
-    for leg in result.phases.slips[:1]:
-        angle = system.read(float(leg.driven.start.phi) % TURN, "angle")
-        yield _("THE CLUTCH SLIPS AGAIN under the work from {angle} on: it needs a greater torque.", angle=angle)
 
 
 def _off_stop(result: SingleStroke, system: TradeUnits) -> Iterator[str]:

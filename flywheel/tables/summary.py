@@ -116,7 +116,8 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
     for alike in _alike(part for part in parts(scene, units) if part.kind != "runs"):
         first = alike[0]
         if first.kind == "mechanism":
-            text = f"{first.head}{_at_phases(alike)}: {first.text}"
+            angles = ", ".join(part.phase or "0" for part in alike) if any(part.phase for part in alike) else ""
+            text = f"{first.head}{' ' + _('at {angles}', angles=angles) if angles else ''}: {first.text}"
             names = ", ".join(part.label for part in alike)
             rows.append(Row(names, text) if len(alike) == 1 else Row(_("mechanisms"), f"{names}: {text}"))
         else:
@@ -127,12 +128,6 @@ def machine_block(scene: Scene, units: TradeUnits) -> Block:
         size, angle = units.read(hypot(x, y), "acceleration"), number(figure(atan2(y, x) * DEGREES, most=6))
         rows.append(Row(_("gravity"), _("{size} at {angle} deg, on every body with mass", size=size, angle=angle)))
     return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(scene, units)))))
-
-
-def _at_phases(alike: list[SceneLine]) -> str:
-    if not any(part.phase for part in alike):
-        return ""
-    return " " + _("at {angles}", angles=", ".join(part.phase or "0" for part in alike))
 
 
 def _alike(lines: Iterable[SceneLine]) -> Iterator[list[SceneLine]]:
@@ -153,11 +148,6 @@ def _shaft(sizing: Sizing) -> str:
     if on == "crank":
         return _("the crank")
     return _("shaft {name} ({n} × the crank's speed)", name=on, n=number(figure(ratio, most=6)))
-
-
-def _deviation(eps: float, error: float = 0.0) -> str:
-    """An irregularity as a deviation to either side."""
-    return f"±{five_digits(50 * eps, 50 * error, 4)} %"
 
 
 def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
@@ -248,8 +238,10 @@ def _analysis(sizing: Sizing, units: TradeUnits) -> Block:
     if motion is not None:
         error = (sizing.error.simulation or 0.0) * motion.irregularity
         gives = _gives(Candidate("", "", 0.0, 0.0, None, 0.0, (motion.irregularity, error), None))
-        deviation = "" if motion.irregularity <= max(error, NOTHING) else _deviation(motion.irregularity, error)
-        rows.append(Row(_("irregularity"), gives, "", deviation))
+        varies = motion.irregularity > max(error, NOTHING)
+        rows.append(
+            Row(_("irregularity"), gives, "", f"±{five_digits(50 * motion.irregularity, 50 * error, 4)} %" if varies else "")
+        )
     if units.name == "us":
         rows.append(Row(_("inertia"), *units.written(scene.inertia, "inertia")))
     else:

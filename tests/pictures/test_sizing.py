@@ -29,7 +29,7 @@ from flywheel.pictures import sizing as plots
 from flywheel.pictures.animation import Timing, timing
 from flywheel.pictures.diagrams import DIAGRAMS, Kind
 from flywheel.pictures.figures import BLUE, PURPLE
-from flywheel.pictures.forms import Curve, Diagram, Mark, Part, Row, along_motion, part_of
+from flywheel.pictures.forms import Diagram, DiagramCurve, DiagramData, ExtremeMark, Panel, along_motion, part_of
 from flywheel.pictures.kinematics import draw_reduction, draw_transient, plot_transient
 from flywheel.pictures.power_flow import draw as draw_flow
 from flywheel.pictures.power_flow import panel as power_panel
@@ -773,11 +773,11 @@ def test_every_diagram_goes_to_the_page_and_to_the_picture(scene: str) -> None:
 def test_a_new_diagram_is_one_maker(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kinetic energy: its panel comes to the page and to the picture with its curve, mark and note."""
 
-    def energy(part: Part, forces: object) -> Diagram:
+    def energy(part: DiagramData, forces: object) -> Diagram:
         values = 0.5 * part.sizing.speed**2 * (part.samples.inertia + part.sizing.flywheel.exact)
-        mark = Mark("greatest", float(part.axis.values[values.argmax()]), float(values.max()), "the most", "blue")
-        curve = Curve("energy", "at the mean speed", "green")
-        row = Row("energy", "Kinetic energy", "energy T", "J", "its course", (curve,), marks=(mark,), notes=("a note",))
+        mark = ExtremeMark("greatest", float(part.axis.values[values.argmax()]), float(values.max()), "the most", "blue")
+        curve = DiagramCurve("energy", "at the mean speed", "green")
+        row = Panel("energy", "Kinetic energy", "energy T", "J", "its course", (curve,), marks=(mark,), notes=("a note",))
         return Diagram({"energy": values}, "Kinetic energy", "its course", (row,))
 
     kind = Kind(lambda: "Energy", energy, 0, ("energy",))

@@ -481,7 +481,7 @@ _AGAIN = 1e-11  # of the scale: poses that are the same
 _TERMS = np.arange(float(ORDER))
 
 
-class Quantity(NamedTuple):
+class ScaledValues(NamedTuple):
     """Values at many poses, shape (n, k), and the scales of their rounding errors, shape (k,)."""
 
     values: Array
@@ -496,7 +496,7 @@ class Interpolant:
     halved otherwise; in the smallest cells (towards a lock, at a cam's break) every position is computed separately.
     """
 
-    def __init__(self, model: Model, quantity: Callable[[Model, State], Quantity]) -> None:
+    def __init__(self, model: Model, quantity: Callable[[Model, State], ScaledValues]) -> None:
         self.model, self.closure, self.quantity = model, Closure(model), quantity
         self.width = 2 * np.pi / _CELLS * model.unit
         self.origin = self.closure.q - 0.5 * self.width
@@ -700,7 +700,7 @@ CREEPING = 1e-9  # of the way so far: steps below it, before what cannot be reac
 _PARTIAL_CREEPING = 1e-6  # the same where the steps until there are wanted
 
 
-class Steps:
+class AcceptedSteps:
     """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates.
 
     fault: the reason if the motion ends early; else None.
@@ -718,11 +718,11 @@ class Steps:
         self.rates, self.s, self.states, self.evaluations, self.fault = rates, s, states, evaluations, fault
         self.dense = dict(enumerate(dense))
 
-    def until(self, end: float) -> Steps:
+    def until(self, end: float) -> AcceptedSteps:
         """The steps up to `end`, or fewer."""
         count = max(int(np.searchsorted(self.s, end, side="right")), 2)
         dense = [self.dense[k] for k in range(count - 1)] if len(self.dense) >= count - 1 else ()
-        return Steps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
+        return AcceptedSteps(self.rates, self.s[:count], self.states[:count], self.evaluations, dense, self.fault)
 
     def at(self, s: float) -> Array:
         """State at any s within, by the dense output of the step there; a step that was not kept is repeated."""
@@ -753,7 +753,7 @@ def integrate(
     dense: bool = False,
     longest: float = np.inf,
     partial: bool = False,
-) -> Steps:
+) -> AcceptedSteps:
     """Follows dy/ds = rates(s, y) from `begin` by the eighth order to `until`, or to the step after which `reached` is true.
 
     rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: ignored). `correct` returns a
@@ -797,7 +797,7 @@ def integrate(
         creeping = solver.t - s[-1] < (_PARTIAL_CREEPING if partial else CREEPING) * solver.t
         if step is None or (creeping and barred):
             if partial and len(s) > 1:
-                return Steps(guarded, np.array(s), np.array(states), evaluations, kept, reason)
+                return AcceptedSteps(guarded, np.array(s), np.array(states), evaluations, kept, reason)
             raise SceneError([reason])
         barred = barred and creeping
         if dense:
@@ -808,7 +808,7 @@ def integrate(
             solver.y, solver.f = tuple(states[-1].tolist()), tuple(guarded(s[-1], states[-1].tolist()).tolist())
         if len(s) > _MOST_STEPS:
             raise SceneError([Fault("until", f"{_MOST_STEPS} steps that lead only to {s[-1]:.6g}", "a shorter way")])
-    return Steps(guarded, np.array(s), np.array(states), evaluations, kept)
+    return AcceptedSteps(guarded, np.array(s), np.array(states), evaluations, kept)
 
 
 class Solution(NamedTuple):

@@ -20,13 +20,13 @@ from flywheel.mechanisms.linkages.bodies import (
     CREEPING,
     LEAST_MARGIN,
     RANK,
+    AcceptedSteps,
     Closure,
     Interpolant,
     Model,
-    Quantity,
+    ScaledValues,
     Solution,
     State,
-    Steps,
     UnreachableError,
     acceleration_sizes,
     components,
@@ -207,7 +207,7 @@ class RoughByDriver:
         self.interpolant = Interpolant(model, self._columns)
         self.count, self.loads = len(resistances.names), 1 + len(model.varying)
 
-    def _columns(self, model: Model, state: State) -> Quantity:
+    def _columns(self, model: Model, state: State) -> ScaledValues:
         """Slips and passive actions' power by unit speed, M* by loads, then acceleration and sized forces by each column."""
         columns, n = model.load_columns(state), model.masses.size
         reactions, pushes = self.rub.wrenches(state, model.reaction_wrenches(state))
@@ -233,7 +233,7 @@ class RoughByDriver:
             ).ravel(),
         )
         values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
-        return Quantity(values, np.concatenate(sizes))
+        return ScaledValues(values, np.concatenate(sizes))
 
     def instant(self, t: float, y: Array) -> UnitResponses:
         """Actions at a time and state."""
@@ -381,7 +381,7 @@ class RoughMotion:
 
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
         self.motion, self.rub = motion, rub
-        self.parts: list[tuple[Steps, Mode]] = []
+        self.parts: list[tuple[AcceptedSteps, Mode]] = []
         self.messages: list[str] = []
         self.lock = ""  # what locks the machine at the standstill looked at last
         self.released = 0.0  # the direction in which it leaves the standstill that ends now
@@ -447,16 +447,16 @@ class RoughMotion:
         signs = self.signs(y, sense)
         return self.rub.settled(self.rub.mode(sense, signs), self.motion.instant(t, y), place)[0], signs
 
-    def waited(self, t: float, y: Array, until: float) -> Steps:
+    def waited(self, t: float, y: Array, until: float) -> AcceptedSteps:
         """A standstill, until loads break it."""
         leaves, end = self.leaving(y), until
         if self.rub.model.varying:
             end, self.released = standstill.release(lambda times: np.array([*map(leaves, times)]).T, t, until)
-        return Steps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
+        return AcceptedSteps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
 
     def moved(
         self, t: float, y: Array, mode: Mode, signs: Array, until: float, rtol: float, atol: Array
-    ) -> tuple[Steps, bool]:
+    ) -> tuple[AcceptedSteps, bool]:
         """A piece; true if the machine stops at its end."""
         motion, rub, stopped = self.motion, self.rub, False
 

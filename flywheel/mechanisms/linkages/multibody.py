@@ -29,7 +29,7 @@ from flywheel.mechanisms.linkages.bodies import (
     Interpolant,
     Law,
     Model,
-    Quantity,
+    ScaledValues,
     Solution,
     State,
     UnreachableError,
@@ -186,7 +186,7 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
     return Solution(steps.s, states, steps.states[:, 2], steps.evaluations, 0.0, at, reactions)
 
 
-def _reduced_columns(model: Model, state: State) -> Quantity:
+def _reduced_columns(model: Model, state: State) -> ScaledValues:
     """M* of every column of loads, I* and ½ dI*/dq, of poses with the velocities g = dx/dq."""
     columns, momentum = model.load_columns(state), model.masses * state.v
     slope = model.driven(state, state.along, state.gamma, -state.bend)  # g' = d²x/dq²
@@ -196,10 +196,10 @@ def _reduced_columns(model: Model, state: State) -> Quantity:
     greatest = inertia.max()
     sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
     values = np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia, half))
-    return Quantity(values, np.append(sizes, (greatest, greatest / model.unit)))
+    return ScaledValues(values, np.append(sizes, (greatest, greatest / model.unit)))
 
 
-def _newton_columns(model: Model, state: State) -> Quantity:
+def _newton_columns(model: Model, state: State) -> ScaledValues:
     """M* of every column of loads, then the driver's acceleration by each and by its own speed's square."""
     columns, n = model.load_columns(state), model.masses.size
     loads = columns.shape[2]
@@ -211,7 +211,7 @@ def _newton_columns(model: Model, state: State) -> Quantity:
     accelerations[:, loads] += state.bend
     values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), accelerations), axis=1)
     work = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
-    return Quantity(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
+    return ScaledValues(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
 
 
 def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
@@ -321,13 +321,15 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     return Solution(t, states, None, steps.evaluations, 0.0, at)
 
 
-def _energy_columns(model: Model, state: State) -> Quantity:
+def _energy_columns(model: Model, state: State) -> ScaledValues:
     """M* of every column of loads, and I*."""
     columns, inertia = model.load_columns(state), (model.masses * state.v**2).sum(axis=1)
     for one, place in zip(inertia.tolist(), state.q.tolist(), strict=True):
         model.heavy(one, place)
     sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
-    return Quantity(np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia)), np.append(sizes, inertia.max()))
+    return ScaledValues(
+        np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia)), np.append(sizes, inertia.max())
+    )
 
 
 # -- the call -------------------------------------------------------------------------------------------------------------
