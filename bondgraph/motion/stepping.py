@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -386,7 +386,9 @@ _BEYOND = 1.05  # of the way to a piece's end: how far a step may try
 _NEARLY = 0.95  # of that way: a step that is longer is made to end there
 _SHORT = 0.03  # of a step: by how much it may be made longer to end there
 _LINEAR = 1e-8  # of a step: its square is rounding
+_SECOND = 0.1 * TIGHTEST  # of a state: the second term of a remainder, beside which the others are rounding
 _MOST_LANDINGS = 8
+_ALIKE = 0.01  # of a speed: a greater change on the way to a piece's end is not foreseen by a mean
 _STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
 _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
 _PARTS = 3  # in which an implicit step is divided, each as smooth as an explicit step
@@ -433,22 +435,59 @@ def through(
 
     The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
     die out many times over are stepped implicitly, and so is the rest of one that takes many steps. `length` gives the
-    longest of explicit steps by the time that they start at.
+    longest of explicit steps by the time that they start at. Events are searched for in several steps at once.
     """
+    switching = (
+        events is not None and events.clear is None
+    )  # which side it continues to asks for states of the steps' own order
+    method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
+    steps = _onwards(rates, t, state, ends, until, tolerance, hint, method, along, length)
+    if events is None:
+        yield from steps
+        return
+    count, ended = 1, False
+    beyond: Exception | None = None  # beyond an event laws are only continued
+    while not ended and beyond is None:
+        several = list[Step]()
+        try:
+            for step in islice(steps, count):
+                several.append(step)
+        except (ValueError, ArithmeticError) as error:
+            beyond = error
+        may_cross, ended = _may_cross(events, several), len(several) < count
+        for step, doubtful in zip(several, may_cross, strict=True):
+            step = crossing(events, step) if doubtful else step
+            yield step
+            if step.crossed is not None:
+                return
+        count = min(2 * count, _MOST_WATCHED) if switching else 1
+    if beyond is not None:
+        raise beyond
+
+
+def _onwards(
+    rates: Rates,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    hint: float | None,
+    method: Method,
+    along: RateField | None = None,
+    length: Callable[[float], float] | None = None,
+) -> Iterator[Step]:
+    """The same without watched values, explicit steps by a method."""
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
         stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
     else:
         stiff = along is not None and along.stiff == 0.0 and not along.plain
     if along is not None and stiff:
-        done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance, events)
+        done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance)
         if done:
             return
         along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
-    switching = (
-        events is not None and events.clear is None
-    )  # which side it continues to asks for states of the steps' own order
-    method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
     solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
     taken = 0
     while solver.t < until:
@@ -456,6 +495,7 @@ def through(
         if speed:  # far past the piece's end the laws are only continued
             far = abs(((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / speed)
             if solver.h > _NEARLY * far:
+                far *= _slower(rates, solver, far)
                 solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
         if length is not None:
             solver.h = min(solver.h, length(solver.t))
@@ -465,21 +505,20 @@ def through(
         missing = (ends[1] if solver.f[0] > 0.0 else ends[0]) - accepted.after[0]
         inside = speed * solver.f[0] > 0.0 and abs(missing) > 2.0 * _SHORT * accepted.h * abs(solver.f[0])
         inside = inside and ends[0] < accepted.after[0] < ends[1]
-        step = None if inside else _landing(accepted, ends, until)
+        step = None if inside else _landing(accepted, ends, until, tolerance)
         over = step is not None
         if inside:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
         elif step is None:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
             step, over = _cut(rates, step, speed, solver.f[0], ends)
-        step = step if events is None else crossing(events, step)
         yield step
-        if over or step.crossed is not None:
+        if over:
             return
         taken += 1
         if along is not None and taken % _MANY == 0 and _prefers_implicit(along, solver, solver.t - t, taken, ends):
             rest = along._replace(stiff=0.0, plain=False)
-            yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest, length)
+            yield from _onwards(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, method, rest, length)
             return
 
 
@@ -496,11 +535,22 @@ def _prefers_implicit(along: RateField, solver: DormandPrince, gone: float, take
     return h * fastest > 0.5 * _STABLE[solver.method.order]
 
 
-def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) -> Step | None:
+def _slower(rates: Rates, solver: DormandPrince, far: float) -> float:
+    """The speed now over the mean of those before and after the time ahead; 1 where they differ much, or it is unknown."""
+    speed = solver.f[0]
+    try:
+        ahead = float(rates(solver.t + far, tuple(y + far * rate for y, rate in zip(solver.y, solver.f, strict=True)))[0])
+    except (ValueError, ArithmeticError):
+        return 1.0
+    ratio = 2.0 * speed / (speed + ahead) if speed * ahead > 0.0 else 1.0
+    return ratio if abs(ratio - 1.0) < _ALIKE else 1.0
+
+
+def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float, tolerance: Tolerance) -> Step | None:
     """The step made to end where phi leaves the piece, by Newton's method; None if it ends well inside, or reverses.
 
-    None, too, where phi leaves the piece after `until`. The final remainder is so small that the state changes in proportion
-    to it.
+    None, too, where phi leaves the piece after `until`. Over the final remainder every state changes by two terms of its
+    series, of which the second is hardly above rounding.
     """
     start, speed = step.slopes[0][0], step.slopes[-1][0]
     end = ends[1] if speed > 0.0 else ends[0]
@@ -511,8 +561,13 @@ def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float) ->
         missing *= 1.0 - 0.5 * missing * (speed - start) / (step.h * speed)
         if not -step.h < missing < _SHORT * step.h:
             return None
-        if abs(missing) <= _LINEAR * step.h:
-            after = [y + missing * rate for y, rate in zip(step.after, step.slopes[-1], strict=True)]
+        curved = 0.5 * missing * missing / step.h
+        bent = [curved * (last - first) for first, last in zip(step.slopes[0], step.slopes[-1], strict=True)]
+        sizes = zip((tolerance.absolute / tolerance.relative).tolist(), step.after, strict=True)
+        rounding = (_SECOND * (size + abs(y)) for size, y in sizes)
+        if abs(missing) <= _LINEAR * step.h or all(abs(b) <= most for b, most in zip(bent, rounding, strict=True)):
+            rows = zip(step.after, step.slopes[-1], bent, strict=True)
+            after = [y + missing * rate + b for y, rate, b in rows]
             last = step.t + step.h + missing
             return Step(step, step.t, last, after=(end, *after[1:])) if last <= until else None
         step = step.shortened(step.h + missing)
@@ -548,7 +603,6 @@ def _implicit_steps(
     ends: tuple[float, float],
     until: float,
     tolerance: Tolerance,
-    events: Events | None,
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
     """Implicit steps, each in parts; whether the stretch came to its end, or where no step was accepted."""
     solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
@@ -562,15 +616,35 @@ def _implicit_steps(
         speeds = along.rates(edges, dense(edges))[0].tolist()
         for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
             step, over = _cut(rates, Step(dense, low, high), before, speed, ends)
-            step = step if events is None else crossing(events, step)
             yield step
-            if over or step.crossed is not None:
+            if over:
                 return True, solver.t, solver.state
     return True, solver.t, solver.state
 
 
 _EXPLICIT_SERIES, _IMPLICIT_SERIES = chebyshev_series(9), chebyshev_series(13)  # LSODA's dense output has degree 12
+_MOST_WATCHED = 16  # steps in which events are searched for at once
 _NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is searched for
+
+
+def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
+    """Tests which steps a watched value may leave its side in: all but those where its series cannot reach 0."""
+    if len(steps) < 2 or not events.sides.size:
+        return [True] * len(steps)
+    nodes, to_series = _IMPLICIT_SERIES
+    times = np.array([step.start + (step.end - step.start) * nodes for step in steps])
+    explicit = [step.dense for step in steps if isinstance(step.dense, runge_kutta.Step)]
+    if len(explicit) == len(steps):
+        states = runge_kutta.at(explicit, np.repeat(np.arange(len(steps)), nodes.size), times.ravel())
+    else:
+        states = np.concatenate([step.dense(row) for step, row in zip(steps, times, strict=True)], axis=1)
+    with np.errstate(all="ignore"):  # as beyond an event
+        values = (events.sides[:, None] * events.values(times.ravel(), states)).reshape(-1, *times.shape)
+    series = values @ to_series.T
+    least = series[..., 0] - np.abs(series[..., 1:]).sum(axis=-1)
+    if events.rounding is not None:
+        least -= events.rounding[:, None]
+    return [not clear for clear in (least > 0.0).all(axis=0).tolist()]
 
 
 def crossing(events: Events, step: Step) -> Step:

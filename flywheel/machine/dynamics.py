@@ -120,11 +120,8 @@ class Dynamics:
 
     def _by_direction(self, anchor: Anchor, omega: Any) -> list[tuple[Machine, Any]]:
         """The machine with its laws in each direction of the motion, and the instants with that direction."""
-        machine = self.machine
-        if machine.backwards is machine:
-            return [(machine, True)]
-        back = anchor.sense(omega) < 0.0
-        if not np.any(back):
+        machine, back = self.machine, anchor.sense(omega) < 0.0
+        if not np.any(back) or machine.backwards is machine:
             return [(machine, True)]
         return [(machine.backwards, True)] if np.all(back) else [(machine, ~back), (machine.backwards, back)]
 
@@ -190,11 +187,21 @@ class Dynamics:
             return None
         law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
 
+        stages, factors = machine.stages, anchor.factors or ()
+        carrying = 3 * next((k for k, stage in enumerate(stages) if stage.carries_flywheel), 0)
+        driven = 3 * next((k for k, stage in enumerate(stages) if stage.drives), 0) + 2
+
         def instant(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
-            now = self._instant(
-                self._loaded(machine, _rows(law(phi, omega, t, unknown)), omega, states), omega, states, anchor.factors
-            )
-            return now.acceleration, now.moment, now.inertia, now.rates
+            values, square = [*law(phi, omega, t, unknown)], 0.5 * omega * omega
+            values[carrying] += flywheel
+            rates: tuple[float, ...] = ()
+            if circuit is not None:
+                values[driven] += ratio * circuit.torque(ratio * omega, states)
+                rates = circuit.rates(ratio * omega, states)
+            inertias, moments = values[::3], values[2::3]
+            bare = [slope * square - moment for slope, moment in zip(values[1::3], moments, strict=True)]
+            acceleration, own = balanced(inertias, bare, factors)
+            return acceleration, sum(moments) - lost(factors, own), sum(inertias), rates
 
         def lossless(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
             inertia, slope, moment = law(phi, omega, t, unknown)

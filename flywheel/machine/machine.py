@@ -376,8 +376,8 @@ class Machine:
     @cached_property
     def switches(self) -> Array:
         """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
-        switches = [*self._own_breakpoints(switching=True), *self._switch_angles(self._unswitched)]
-        return merged([0.0, self.scene.cycle, *(angle for _, angle in switches)], self.scene.cycle)
+        own, laws, end = self._own_breakpoints(switching=True), self._switch_angles(self._unswitched), self.scene.cycle
+        return self._mark("switches", lambda: merged([0.0, end, *(angle for _, angle in (*own, *laws))], end))
 
     @cached_property
     def switches_at_ends(self) -> bool:

@@ -141,24 +141,24 @@ class Programs:
         return recorded[0]
 
     def pays(self, anchor: Anchor) -> bool:
-        """Tests whether the place of an anchor is evaluated so often that a program pays; it counts each call."""
+        """Tests whether the place of an anchor has a program, or is used so often that one pays; it counts each call."""
         place = self._place(anchor)
+        if (place, anchor.omega is None) in self._pieces:
+            return True
         self._instants[place] = self._instants.get(place, 0) + 1
         return self._instants[place] > _FEWEST_INSTANTS
 
     @cached_property
     def _of_pieces(self) -> bool:
         """Tests whether its piece, speed and time decide every branch at an anchor, wherever in the piece it lies."""
-        if any(mechanism.linkage is not None for mechanism in self.machine.scene.mechanisms):
-            return False
         laws = [effort.load.law for effort in self.machine.efforts]
         parts = [part for law in laws if isinstance(law, Expression) for part in moving_switches(law)]
         senses = [part for part in parts if part.names == {"v"} and part.tree.op in ("name", "neg")]  # one sign each
         return not any(part.names & POSITION for part in parts if part not in senses)
 
     def _place(self, anchor: Anchor) -> float:
-        """The key of programs: the piece of an anchor, or its very angle."""
-        return float(np.searchsorted(self.machine.breakpoints, anchor.phi)) if self._of_pieces else float(anchor.phi)
+        """The key of programs: the piece of an anchor between switches, or its very angle."""
+        return float(np.searchsorted(self.machine.switches, anchor.phi)) if self._of_pieces else float(anchor.phi)
 
     def _of_piece(self, anchor: Anchor) -> tuple[Program, Conditions | None] | None:
         """The program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
@@ -172,7 +172,7 @@ class Programs:
         except _RECORDING_ERRORS as error:
             self.why = self.why or str(error)
             return None
-        edges = self.machine.breakpoints
+        edges = self.machine.switches
         k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
         omega, time = (self.machine.typical_speed, 0.0) if anchor.omega is None else (float(anchor.omega), anchor.time)
         phi, then = edges[k] + _SHARES * (edges[k + 1] - edges[k]), [] if anchor.omega is None else [omega, time]
@@ -182,8 +182,8 @@ class Programs:
     @cached_property
     def _over_pieces(self) -> Callable[[Anchor], tuple[Program, None]] | None:
         """The same from one recording, by what an anchor decides in it; None where few pieces do not make that pay."""
-        edges = self.machine.breakpoints
-        if edges.size < _MANY_PIECES or not self._of_pieces or self.machine.switches_at_speeds:
+        edges, linked = self.machine.switches, any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
+        if edges.size < _MANY_PIECES or linked or not self._of_pieces or self.machine.switches_at_speeds:
             return None
         recorder = Recorder()
         arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
@@ -196,8 +196,8 @@ class Programs:
         anchors, phi = 0.5 * (edges[:-1] + edges[1:])[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
         self._compare(partial(program.function("numpy"), anchors), anchors, phi, self.machine.typical_speed, 0.0, [])
         early, late = program.split(4)
-        decided = early.function("math")
-        return lambda anchor: (late.bound(decided(anchor.phi)), None)
+        decided, bound = early.function("math"), late.bound([0.0] * len(early.outputs))
+        return lambda anchor: (bound._replace(places=(*decided(anchor.phi), *late.places)), None)
 
     def _terms(
         self, anchor: Any, phi: Any, omega: Any, time: Any, unknown: Any, *, deciding: Sequence[Any] = ()

@@ -149,9 +149,9 @@ def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Reg
 
 
 def _cycle_in_time(
-    machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float
+    machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float, *, limited: bool = True
 ) -> tuple[Confirmation, dict[str, float]]:
-    """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u); and the motor's limited figures.
+    """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u); and the motor's figures if `limited`.
 
     The scale is of the size of the irregularity, so that u keeps its digits even if that is small.
     """
@@ -184,7 +184,7 @@ def _cycle_in_time(
         speed_time_mean=machine.scene.cycle / period,
         closure=float(closing / (1 + scale * u)),
     )
-    return motion, _limited(machine.scene, steps, speed, scale)
+    return motion, _limited(machine.scene, steps, speed, scale) if limited else {}
 
 
 def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dict[str, float]:
@@ -205,22 +205,26 @@ def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dic
     def heat(turned: Array, states: Array) -> Array:
         return motor.heat_share(turned, () if circuit is None else tuple(states))
 
-    def along(step: Step, law: Callable[[Array, Array], Array], shares: Array) -> Array:
-        states = step.dense(step.start + (step.end - step.start) * shares)
+    starts, widths = np.array([(step.start, step.end - step.start) for step in steps]).T[:, :, None]
+
+    def along(law: Callable[[Array, Array], Array], times: Array, which: Sequence[Step]) -> Array:
+        states = np.stack([step.dense(row) for step, row in zip(which, times, strict=True)], axis=1)
         return law(ratio * speed * (1.0 + scale * states[1]), states[2:])
 
     def mean(law: Callable[[Array, Array], Array]) -> float:
-        works = [(step.end - step.start) * float(_GAUSS_WEIGHTS @ along(step, law, _GAUSS)) for step in steps]
-        return sum(works) / (steps[-1].end - steps[0].start)
+        works = widths[:, 0] * (along(law, starts + widths * _GAUSS, steps) @ _GAUSS_WEIGHTS)
+        return float(works.sum()) / (steps[-1].end - steps[0].start)
+
+    def greatest(law: Callable[[Array, Array], Array], sign: float) -> float:
+        values = sign * along(law, starts + widths * _SAMPLES, steps)
+        best = float(values.max())
+        for k in np.flatnonzero(values.max(axis=1) + 0.25 * np.ptp(values, axis=1) > best).tolist():
+            inside = starts[k] + widths[k] * _turns(values[k])
+            best = max([best, *(sign * along(law, inside[None], steps[k : k + 1])[0]).tolist()])
+        return sign * best
 
     def extremes(law: Callable[[Array, Array], Array]) -> tuple[float, float]:
-        extremes_so_far: list[float] = []
-        for step in steps:
-            values = along(step, law, _SAMPLES)
-            roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
-            inside = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)]
-            extremes_so_far += [*values.tolist(), *along(step, law, inside).tolist()]
-        return min(extremes_so_far), max(extremes_so_far)
+        return greatest(law, -1.0), greatest(law, 1.0)
 
     figures: dict[str, Callable[[], float]] = {
         "motor_torque": lambda: max(map(abs, extremes(torque))) / rated.torque,
@@ -242,7 +246,7 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
     except (NoMotionError, BudgetError):
         raise UnconfirmedError(_NO_MOTION) from None
     try:
-        own, _ = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
+        own, _ = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol, limited=False)
     except (UnconfirmedError, SlidingError, SceneError):
         raise UnconfirmedError("the motion with the approximate flywheel cannot be followed in time") from None
     return own.irregularity, run.error + (abs(own.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
@@ -254,22 +258,27 @@ _SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)
 _TO_POWERS = np.linalg.inv(np.vander(_SAMPLES, increasing=True))
 
 
+def _turns(values: Array) -> Array:
+    """The shares of a step at which the polynomial through values at the samples has an extreme."""
+    roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
+    return np.asarray(roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)])
+
+
 def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
     """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that may contain it."""
-    ends = [(sign * float(step.first[1]), sign * float(step.last[1])) for step in steps]
-    time, best = max(((step.end, after) for step, (_, after) in zip(steps, ends, strict=True)), key=lambda item: item[1])
-    if ends[0][0] > best:
-        time, best = steps[0].start, ends[0][0]
-    for step, pair in zip(steps, ends, strict=True):
+    after = [sign * float(step.last[1]) for step in steps]
+    time, best = max(zip((step.end for step in steps), after, strict=True), key=lambda item: item[1])
+    before = [sign * float(steps[0].first[1]), *after[:-1]]
+    if before[0] > best:
+        time, best = steps[0].start, before[0]
+    for step, pair in zip(steps, zip(before, after, strict=True), strict=True):
         width = step.end - step.start
         if max(pair) + 0.5 * width * step.steepest(1) < best:
             continue
         values = sign * step.dense(step.start + width * _SAMPLES)[1]
         if values.max() + 0.25 * np.ptp(values) < best:
             continue
-        roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
-        inside = (np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)
-        for share in roots.real[inside].tolist():
+        for share in _turns(values).tolist():
             at = step.start + width * share
             value = sign * float(step.at(at)[1])
             if value > best:
@@ -352,8 +361,8 @@ class SlidingError(ValueError):
 def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
     """The steps of a cycle from a state at phi = 0: phi (rad), u, and a motor's own states, such as its current.
 
-    tau = w t and omega = w (1 + scale u). Stepping restarts at every breakpoint of position, and where a law switches at a
-    speed or a mesh changes its driving side.
+    tau = w t and omega = w (1 + scale u). Stepping restarts where a law switches, at a position or at a speed, where a mesh
+    changes its driving side, and around narrow features; not where cells end for resolution alone.
 
     Args:
         dynamics: the machine with its flywheel and balance.
@@ -369,7 +378,8 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
 
     """
     equations = _Scaled(dynamics, speed, scale)
-    edges = dynamics.machine.restarts
+    machine = dynamics.machine
+    edges = np.union1d(machine.switches, np.setdiff1d(machine.restarts, machine.breakpoints))
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
     tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *own]))
     state, tau, steps = first, 0.0, list[Step]()
@@ -379,8 +389,8 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
         tries = 0
         while True:
             anchor, own = equations.anchor(state, (low, high)) if tries <= _TRIES else (None, state[2:])
-            events = None if anchor is None else equations.events(anchor, own, tau, state)
             rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
+            events = None if anchor is None else equations.events(anchor, own, tau, state)
             stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, events, along)
             most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
             try:
@@ -473,7 +483,9 @@ class _Scaled(NamedTuple):
         if not self.dynamics.branching:
             return None, state[2:]
         phi, width = float(state[0]), ends[1] - ends[0]
-        rate = self.rates(ends, None)(0.0, state)
+        middle = 0.5 * (ends[0] + ends[1])
+        here = Anchor(middle, self.speed * (1.0 + self.scale * float(state[1])), 0.0)
+        rate = self.rates(ends, here)(0.0, state)
         ahead = _AHEAD * width / float(rate[0])
         place = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
         omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))

@@ -587,6 +587,36 @@ def test_a_step_ends_where_something_watched_changes_its_sign(values, sides, cro
     assert (steps[-1].crossed, steps[-1].end) == (crossed, pytest.approx(end, abs=1e-10))
 
 
+def test_an_event_ends_the_motion_before_laws_that_are_not_defined_beyond_it():
+    def rates(t, state):
+        if t > 7.35:
+            raise ValueError("beyond")
+        return np.array([1.0, 40.0 * math.cos(40.0 * t)])
+
+    events = Events(lambda t, y: (7.3 - t)[None], np.array([1.0]))
+    steps = stepped(rates, [0.0, 0.0], 10.0, (0.0, 50.0), events=events)
+    assert len(steps) > 30
+    assert (steps[-1].crossed, steps[-1].end) == (0, pytest.approx(7.3, abs=1e-10))
+    assert all(step.crossed is None for step in steps[:-1])
+    with pytest.raises(ValueError, match="beyond"):
+        stepped(rates, [0.0, 0.0], 10.0, (0.0, 50.0), events=Events(lambda t, y: (8.0 - t)[None], np.array([1.0])))
+
+
+def test_a_piece_that_one_step_passes_costs_one_step():
+    taken = []
+
+    def rates(t, state):
+        taken.append(t)
+        return np.array([1.0 + 0.1 * state[1], math.cos(3.0 * t)])
+
+    (step,) = stepped(rates, [0.0, 0.0], 10.0, (0.0, 0.02), hint=1.0)
+    assert len(taken) < 20
+    end = step.end
+    assert step.last[0] == 0.02
+    assert end + 0.1 * (1.0 - math.cos(3.0 * end)) / 9.0 == pytest.approx(0.02, rel=1e-13)
+    assert step.last[1] == pytest.approx(math.sin(3.0 * end) / 3.0, rel=1e-13)
+
+
 def of(along):
     """Rates of a state at an instant, of those at many."""
     return lambda t, state: along(np.array([t]), np.asarray(state)[:, None])[:, 0]

@@ -311,11 +311,11 @@ def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_
 
     calls = iter([confirmation._cycle_in_time])
 
-    def once(*arguments):
+    def once(*arguments, **options):
         step = next(calls, None)
         if step is None:
             raise confirmation.SlidingError
-        return step(*arguments)
+        return step(*arguments, **options)
 
     monkeypatch.setattr(confirmation, "_cycle_in_time", once)
     sizing = flywheel.size(flywheel.load(scenes.press()))
