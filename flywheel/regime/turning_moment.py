@@ -690,7 +690,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     slowness, half, total, missed = cells.refined(first, evaluated, rtol, max(_MOST_FOR_PERIOD, 2 * first.size))
     slower = (motion.speed or speed) * slowness
     once, twice = (float(cells.integral(slowness * slower**n, half).sum()) / total for n in (1, 2))
-    pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
+    pinned = max(motion.error - 4.0 * motion.level, 0.0) * motion.irregularity  # an error of the level counts once
     return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 10 * ROUNDING
 
 

@@ -325,6 +325,18 @@ def test_the_period_is_the_integral_of_one_over_speed():
     assert abs(period / expected - 1) <= error
 
 
+def test_an_error_of_the_level_hides_none_of_the_irregularity_in_the_period():
+    """A sized flywheel has four times that of the level in its irregularity's error, however slow the machine becomes."""
+    _machine, cycle = resolved(scenes.rotor())
+    run = turning_moment.run(cycle, 10 * np.pi, 0.3)
+    level, own = 1e-9, 1e-10
+    without, both = (
+        turning_moment.period(cycle, 10 * np.pi, run._replace(level=level, error=4 * level + own * on), 1e-12)[1]
+        for on in (0.0, 1.0)
+    )
+    assert both - without >= 0.99 * own * run.irregularity
+
+
 def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
     _, cycle = resolved(scenes.rotor())
     least = 50 * np.pi / (2 * (10 * np.pi) ** 2)
