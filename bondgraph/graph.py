@@ -181,9 +181,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
     variables = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
     for name, element in graph.elements.items():
         law = element.law
-        if isinstance(law, Law | Modulus) or (isinstance(law, float) and 0.0 < abs(law) < math.inf):
-            continue
-        if law is None and element.kind in JUNCTIONS:
+        bare = law is None and element.kind in JUNCTIONS
+        if bare or isinstance(law, Law | Modulus) or (isinstance(law, float) and 0.0 < abs(law) < math.inf):
             continue
         where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
         if element.kind in JUNCTIONS:

@@ -437,9 +437,8 @@ def through(
     die out many times over are stepped implicitly, and so is the rest of one that takes many steps. `length` gives the
     longest of explicit steps by the time that they start at. Events are searched for in several steps at once.
     """
-    switching = (
-        events is not None and events.clear is None
-    )  # which side it continues to asks for states of the steps' own order
+    # which side of a switch the motion continues to asks for states of the steps' own order
+    switching = events is not None and events.clear is None
     method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
     steps = _onwards(rates, t, state, ends, until, tolerance, hint, method, along, length)
     if events is None:

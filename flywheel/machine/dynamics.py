@@ -63,11 +63,6 @@ _Row = tuple[Any, Any, Any, dict[str, Any] | None]
 """Inertia, its slope and moment of a stage without flywheel and circuit; efforts of loads by path with joint friction."""
 
 
-def _rows(parts: Sequence[Any]) -> list[_Row]:
-    """Rows of a recorded walk, three values for each stage."""
-    return [(*parts[k : k + 3], None) for k in range(0, len(parts), 3)]
-
-
 class _Contribution(NamedTuple):
     inertia: Any
     slope: Any
@@ -388,7 +383,7 @@ class Dynamics:
         if not (math.isfinite(sum(outputs)) if plain else all(np.isfinite(value).all() for value in outputs)):
             return None
         count(phi)
-        return _rows(outputs)
+        return [(*outputs[k : k + 3], None) for k in range(0, len(outputs), 3)]
 
     def _compiled(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
         """A program as a function, made once."""

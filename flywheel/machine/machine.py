@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import cache, cached_property, partial
-from itertools import count
+from itertools import chain, count
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -367,17 +367,16 @@ class Machine:
     @cached_property
     def breakpoints(self) -> Array:
         """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
-        return self._mark("breakpoints", self._all_breakpoints)
-
-    def _all_breakpoints(self) -> Array:
-        edges = self._unswitched
-        return merged([*edges, *(angle for _, angle in self._switch_angles(edges))], self.scene.cycle)
+        return self._mark("breakpoints", lambda: self._with_switches(self._unswitched))
 
     @cached_property
     def switches(self) -> Array:
         """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
-        own, laws, end = self._own_breakpoints(switching=True), self._switch_angles(self._unswitched), self.scene.cycle
-        return self._mark("switches", lambda: merged([0.0, end, *(angle for _, angle in (*own, *laws))], end))
+        own = (angle for _, angle in self._own_breakpoints(switching=True))
+        return self._mark("switches", lambda: self._with_switches((0.0, self.scene.cycle, *own)))
+
+    def _with_switches(self, edges: Iterable[float]) -> Array:
+        return merged([*edges, *(angle for _, angle in self._switch_angles(self._unswitched))], self.scene.cycle)
 
     @cached_property
     def switches_at_ends(self) -> bool:
@@ -682,7 +681,7 @@ class Machine:
                 what = f"{name}.{mass.velocity}.{'J' if rotating[mass.velocity] else 'm'}_{mass.body}"
                 inertia = I(_free(builder, what), mass.value, part=f"{name}.{mass.body}")
                 builder.port(_junction(mechanism, mass.velocity), inertia)
-            for weight, force, _rounded in families.forces_along(family.weights, scene.gravity):
+            for weight, force, _rounded in self._weights[name]:
                 what = _free(builder, f"{name}.{weight.velocity}.G_{weight.body}")
                 builder.port(_junction(mechanism, weight.velocity), Se(what, force, part=f"weight of {name}.{weight.body}"))
         for item in scene.inertias:
@@ -711,8 +710,7 @@ class Machine:
             for v in family.velocities:
                 parents[f"{mechanism.name}.{v.name}"] = tuple(_junction(mechanism, term.source) for term in v.terms)
             carrying |= {_junction(mechanism, mass.velocity) for mass in family.masses}
-            weights = families.forces_along(family.weights, self.scene.gravity)
-            carrying |= {_junction(mechanism, weight.velocity) for weight, _, _ in weights}
+            carrying |= {_junction(mechanism, weight.velocity) for weight, _, _ in self._weights[mechanism.name]}
         todo = list(carrying)
         while todo:
             fresh = [p for p in parents.get(todo.pop(), ()) if p not in carrying]
@@ -721,12 +719,14 @@ class Machine:
         return carrying
 
     @cached_property
+    def _weights(self) -> dict[str, list[families.WeightForce]]:
+        """The weights of each mechanism that do work, with their forces."""
+        return {name: list(families.forces_along(f.weights, self.scene.gravity)) for name, f in self._families.items()}
+
+    @cached_property
     def by_directions(self) -> float:
         """Error of M* by rounded directions of weights and their paths over sqrt(I*), sqrt(kg) m/s²."""
-        error = families.by_directions((w for family in self._families.values() for w in family.weights), self.scene.gravity)
-        for share in self.scene.efficiencies.values():
-            error /= share
-        return error
+        return families.by_directions(chain.from_iterable(self._weights.values()), self.scene.efficiencies.values())
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
         """Loads, drive, friction, springs and dampers; the motor's own graph, if it has one, in place of its law."""

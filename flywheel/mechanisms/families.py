@@ -451,8 +451,12 @@ def sliding(mechanism: Mechanism, name: str, direction: float, source: str = "cr
     return Parts((driven(name, False, source),), carried(name, mass, name), weight)
 
 
-def forces_along(weights: Iterable[Weight], gravity: tuple[float, float] | None) -> Iterator[tuple[Weight, float, float]]:
-    """Weights with a force along their paths: F (N), and how much rounding in units of its directions changes it (N).
+WeightForce = tuple[Weight, float, float]
+"""A weight, its force F (N) along its path, and how much rounding in units of its directions changes that (N)."""
+
+
+def forces_along(weights: Iterable[Weight], gravity: tuple[float, float] | None) -> Iterator[WeightForce]:
+    """The weights that have a force along their paths.
 
     F = m (gx cos a + gy sin a) changes by m |gx sin a - gy cos a| for each radian of either direction. That of the path is
     off by |a| units at most, that of gravity by pi, and none along an axis.
@@ -478,14 +482,18 @@ def forces_along(weights: Iterable[Weight], gravity: tuple[float, float] | None)
             yield weight, force, weight.mass * abs(across) * (angle if along_axis else angle + pi)
 
 
-def by_directions(weights: Iterable[Weight], gravity: tuple[float, float] | None) -> float:
+def by_directions(forces: Iterable[WeightForce], passed: Iterable[float]) -> float:
     """Factor c of the error c sqrt(I*) that M* has by rounded directions of weights and paths, sqrt(kg) m/s².
 
     Forces of masses m that are off by d change M* by d g with the velocities g for each rad/s of the crank, in all by no
-    more than sqrt(sum d²/m) sqrt(sum m g²), and I* is at least the second sum.
+    more than sqrt(sum d²/m) sqrt(sum m g²), and I* is at least the second sum. Meshes that pass a share of the power divide
+    it by that at most.
     """
-    squares: Any = sum(rounded * rounded / weight.mass for weight, _, rounded in forces_along(weights, gravity))
-    return ROUNDING * sqrt(squares)
+    squares: Any = sum(rounded * rounded / weight.mass for weight, _, rounded in forces)
+    error = ROUNDING * sqrt(squares)
+    for share in passed:
+        error /= share
+    return error
 
 
 def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:

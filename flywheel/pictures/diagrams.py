@@ -24,9 +24,9 @@ from flywheel.pictures.forms import (
     Diagram,
     DiagramCurve,
     DiagramData,
+    DiagramRow,
     ExtremeMark,
     Fill,
-    Panel,
     along_motion,
     angle,
     area_work,
@@ -104,7 +104,7 @@ def _moment(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     return Diagram(figures, rows[0].title, f"{rows[0].about} {rows[1].about}", rows, tuple(remarks))
 
 
-def _moment_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
+def _moment_row(part: DiagramData, figures: dict[str, Any]) -> DiagramRow:
     """The row of M*; driving and resisting moments far above their sum, whose areas would be invisible, are only named.
 
     Where the sum is zero everywhere there is no visible area, and all are drawn.
@@ -154,7 +154,7 @@ def _moment_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
     notes = list(_balance_note(sizing))
     if len(words) > MOST_WITH_WORKS:
         notes.append(_("A1 to A{last} from left to right, their works in the table", last=len(words)))
-    return Panel(
+    return DiagramRow(
         key="moment",
         title=title,
         label=_("reduced moment M*"),
@@ -202,7 +202,7 @@ def _balance_note(sizing: Sizing) -> Iterable[str]:
     yield _("balance: {name} = {value}", name=_("drive") if name == "drive" else name, value=value)
 
 
-def _work_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
+def _work_row(part: DiagramData, figures: dict[str, Any]) -> DiagramRow:
     """W, the sum of the areas, with its greatest and its least value, and between them the fluctuation of energy.
 
     None of these is marked where W is zero except for rounding.
@@ -228,7 +228,7 @@ def _work_row(part: DiagramData, figures: dict[str, Any]) -> Panel:
         work = written(value, _DIGITS, error)
         words = _("{which}: {work} J at {angle}", which=word, work=work, angle=angle(place))
         marks.append(ExtremeMark(kind, place, value, words, colour, level=True))
-    return Panel(
+    return DiagramRow(
         key="work",
         title=_("Accumulated work of the net moment{at}", at=at),
         label=_("accumulated work W"),
@@ -272,7 +272,7 @@ def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
     sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
     figures |= {"diagram_of_areas": True, "works": works, "sums": sums}
     words = tuple(area_work(float(work), error) for work in works)
-    bars = Panel(
+    bars = DiagramRow(
         key="moment",
         title=_("Areas of the turning moment (angles not given)"),
         label=_("work"),
@@ -290,7 +290,7 @@ def _areas(sizing: Sizing, figures: dict[str, Any]) -> Diagram:
     for kind, word, colour in (("greatest", _("greatest"), "blue"), ("least", _("least"), "vermillion")):
         k, value = figures[kind]["crossing"], figures[kind]["value"]
         marks.append(ExtremeMark(kind, k, value, f"{word}: S{k} = {written(value, _DIGITS, error)} J", colour, level=True))
-    line = Panel(
+    line = DiagramRow(
         key="work",
         title=_("Accumulated areas"),
         label=_("accumulated work W"),
@@ -355,7 +355,7 @@ def _inertia(part: DiagramData, forces: JointForces | str) -> Diagram | str:
         DiagramCurve(f"bodies.{k}.values", noun(body), BODY_COLOURS[k % len(BODY_COLOURS)], drawn=False, body=body)
         for k, body in enumerate(bodies_drawn)
     ]
-    row = Panel(
+    row = DiagramRow(
         key="inertia",
         title=title,
         label=_("reduced mass m*") if sliding else _("reduced inertia I*"),
@@ -441,7 +441,7 @@ def _wittenbauer(part: DiagramData, forces: JointForces | str) -> Diagram | str:
         remarks.append(_("The loop is drawn enlarged, as I* varies by {share} % only.", share=share))
         notes += [remarks[-1], _("outside the picture: M and N at I* = 0, W = {m} J and {n} J", m=m, n=n), far]
     about = f"{first}. {far}."
-    row = Panel(
+    row = DiagramRow(
         key="wittenbauer",
         title=title,
         label=_("work W"),
@@ -563,7 +563,7 @@ def _speed(part: DiagramData, forces: JointForces | str) -> Diagram | str:
         words = _("{which}: {speed} rpm at {angle}", which=word, speed=written(RPM * value, digits, off), angle=angle(at))
         marks.append(ExtremeMark(kind, at, value, words, "blue"))
     span = max(float(np.ptp(trace["values"])) for trace in figures["traces"])
-    row = Panel(
+    row = DiagramRow(
         key="speed",
         title=_("Speed of the crank over the cycle"),
         label=_("crank speed"),
@@ -613,7 +613,7 @@ def _crossings(sizing: Sizing, figures: dict[str, Any]) -> Diagram | str:
     eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
     speeds = forms.crossing_speeds(sums, sizing.speed * (1 - eps / 2), inertia * sizing.scene.flywheel_ratio**2)
     figures |= {"diagram_of_areas": True, "crossings": speeds, "inertia": inertia, "irregularity": eps}
-    row = Panel(
+    row = DiagramRow(
         key="speed",
         title=_("Speed of the crank at the crossings"),
         label=_("crank speed"),
@@ -777,7 +777,7 @@ def _motion_drawing(part: DiagramData, figures: dict[str, Any]) -> Diagram:
                 words = f"{written(factor * extreme['value'], 4)} {unit_drawn}, {place_of(sliding, extreme['at'])}"
                 marks.append(ExtremeMark(kind, extreme["at"], extreme["value"], words, curves[-1].colour))
     condition = _condition(part.scene, figures["condition"])
-    row = Panel(
+    row = DiagramRow(
         key="motion",
         title=titles[quantity],
         label=titles[quantity],

@@ -9,7 +9,7 @@ import numpy as np
 
 from flywheel.language import text as _
 from flywheel.pictures import written
-from flywheel.pictures.forms import FINE, Axis, Band, Diagram, DiagramCurve, DiagramData, ExtremeMark, Panel, peak
+from flywheel.pictures.forms import FINE, Axis, Band, Diagram, DiagramCurve, DiagramData, DiagramRow, ExtremeMark, peak
 from flywheel.regime import turning_moment
 from flywheel.scene.scene import Scene
 from flywheel.tables.rows import RPM, place
@@ -54,7 +54,7 @@ def _bands(result: SingleStroke) -> tuple[Band, ...]:
     )
 
 
-def _speeds(result: SingleStroke, course: Course) -> Panel:
+def _speeds(result: SingleStroke, course: Course) -> DiagramRow:
     on = result.strokes.clutch.on
     least = peak(course.time, course.driving, -1.0)
     assert least is not None
@@ -63,7 +63,7 @@ def _speeds(result: SingleStroke, course: Course) -> Panel:
     lowest = _("least: {speed} rpm at {time} s", **words)
     slip = {"slip": written(result.phases.lock_time, 4), "stop": written(result.phases.stop_time, 4)}
     about = _("The clutch slips for {slip} s; the crank stands after {stop} s.", **slip)
-    return Panel(
+    return DiagramRow(
         key="stroke_speeds",
         title=_("Speeds on both sides of the clutch"),
         label=_("speed at shaft {name}", name=on),
@@ -82,7 +82,7 @@ def _speeds(result: SingleStroke, course: Course) -> Panel:
     )
 
 
-def _torques(result: SingleStroke, course: Course) -> Panel:
+def _torques(result: SingleStroke, course: Course) -> DiagramRow:
     clutch, brake = result.strokes.clutch, result.strokes.brake
     top = float(np.abs(np.concatenate((course.clutch, course.brake))).max())
     capacity = _("the clutch holds {torque} N m", torque=written(clutch.static_torque))
@@ -92,7 +92,7 @@ def _torques(result: SingleStroke, course: Course) -> Panel:
         clutch=written(result.clutch_torque, 5, result.error["clutch_torque"]),
         brake=written(brake.torque),
     )
-    return Panel(
+    return DiagramRow(
         key="stroke_torques",
         title=_("Torques of clutch and brake"),
         label=_("torque"),
@@ -110,14 +110,14 @@ def _torques(result: SingleStroke, course: Course) -> Panel:
     )
 
 
-def _energies(result: SingleStroke, course: Course) -> Panel:
+def _energies(result: SingleStroke, course: Course) -> DiagramRow:
     spent = float(course.drive_work[-1])
     most = peak(course.time, course.wheel_work, 1.0)
     assert most is not None
     words = {"energy": written(result.wheel_energy), "time": written(most["at"], 4)}
     note = _("the wheel has given {energy} J at {time} s", **words)
     about = _("The drive gives {energy} J a period.", energy=written(spent, 5, result.error["energy"]["motor"]))
-    return Panel(
+    return DiagramRow(
         key="stroke_energies",
         title=_("Energy given since the clutch engaged"),
         label=_("energy"),
@@ -190,7 +190,7 @@ def servo_diagram(part: DiagramData, forces: object = "") -> Diagram | str:
         remarks.append(_("Inertia of what it moves over that of its rotor: {ratio}.", ratio=ratio_words))
     about = "; ".join(mark.words for mark in marks) + "."
     title = _("Area of the servo drive")
-    row = Panel(
+    row = DiagramRow(
         "servo", title, _("torque of the motor"), "N m", about, curves, 4.4, kind="area", across=RPM, marks=tuple(marks)
     )
     return Diagram(figures, title, about, (row,), tuple(remarks), "area")

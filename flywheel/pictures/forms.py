@@ -274,7 +274,7 @@ class Band(NamedTuple):
     colour: str = ""
 
 
-class Panel(NamedTuple):
+class DiagramRow(NamedTuple):
     """One pair of axes: over the driver, or over numbered areas or crossings (`ticks`, "A" or "S")."""
 
     key: str
@@ -310,7 +310,7 @@ class Diagram(NamedTuple):
     figures: dict[str, Any]
     title: str = ""
     about: str = ""
-    rows: tuple[Panel, ...] = ()
+    rows: tuple[DiagramRow, ...] = ()
     remarks: tuple[str, ...] = ()  # sentences that the live page sets above
     form: str = "rows"
 
@@ -556,14 +556,16 @@ def force_figures(reactions: Reactions, positions: Array, joints: Iterable[str] 
     return {"joints": forces, "driving": driving}
 
 
-def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *, cyclic: bool = False) -> Iterator[Panel]:
+def force_rows(
+    figures: Mapping[str, Any], linkage: Linkage, positions: Array, *, cyclic: bool = False
+) -> Iterator[DiagramRow]:
     """The rows of those figures; `cyclic`: the positions are those of a whole cycle, whose ends may differ by a jump."""
     for k, joint in enumerate(figures["joints"]):
         key, title, largest = f"joints.{k}", heading_of(linkage, joint["name"]), joint["largest"]
         is_belt = joint["kind"] == "coupling" and "moment" in joint
         if largest is None or (is_belt and np.isnan(joint["moment"]).mean() > _MOSTLY):
             about = _("Unknown: redundant constraints, or friction locks.")
-            yield Panel(key, title, _("force"), "N", about, ())
+            yield DiagramRow(key, title, _("force"), "N", about, ())
             continue
         if is_belt:
             yield _moment_row(key, title, joint["moment"], positions)
@@ -582,14 +584,14 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *
                 DiagramCurve(f"{key}.y", "Fy", "blue", "-", 1.6),
             )
             along, jumps = force_marks(positions, values, linkage.sliding), breaks(positions, values, cyclic=cyclic)
-            row = Panel(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
+            row = DiagramRow(key, title, "F", unit, about, curves, factor=factor, si="N", kind="plane")
             yield row._replace(along=along, breaks=jumps)
             continue
         words = {"normal": _("normal"), "front": _("front"), "rear": _("rear")}
         sides = [part for part in _SIDES if part in joint]
         curves = tuple(DiagramCurve(f"{key}.{part}", words[part], *_SIDES[part], 1.6) for part in sides)
         values = np.stack([joint[part] for part in sides])
-        row = Panel(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
+        row = DiagramRow(key, title, _("normal force"), unit, about, curves, factor=factor, si="N", zero=True)
         yield row._replace(breaks=breaks(positions, values))
         moment = joint.get("moment")
         if moment is not None and float(np.nanmax(np.abs(moment), initial=0.0)) > _NEGLIGIBLE * largest["value"]:
@@ -598,27 +600,27 @@ def force_rows(figures: Mapping[str, Any], linkage: Linkage, positions: Array, *
         yield _action_row(k, drive, positions)
 
 
-def _moment_row(key: str, title: str, moment: Array, positions: Array) -> Panel:
+def _moment_row(key: str, title: str, moment: Array, positions: Array) -> DiagramRow:
     """The row of a moment in a slide, or of a belt's couple."""
     least, most = (written(float(value), 4) for value in (np.nanmin(moment), np.nanmax(moment)))
     about = _("from {least} to {most} {unit}", least=least, most=most, unit="N m")
     curve = DiagramCurve(f"{key}.moment", _("moment"), "purple", ":", 1.6)
-    row = Panel(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
+    row = DiagramRow(key, title, _("moment"), "N m", about, (curve,), si="N m", zero=True)
     return row._replace(breaks=breaks(positions, moment))
 
 
-def _action_row(k: int, drive: Mapping[str, Any], positions: Array) -> Panel:
+def _action_row(k: int, drive: Mapping[str, Any], positions: Array) -> DiagramRow:
     """The row of a driving torque or force."""
     name, title = _("driving torque"), _("driving torque at {joint}", joint=drive["name"])
     if drive["unit"] == "N":
         name, title = _("driving force"), _("driving force at {joint}", joint=drive["name"])
     if drive["least"] is None:
-        return Panel(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
+        return DiagramRow(f"driving.{k}", title, name, drive["unit"], _("Unknown: friction locks everywhere."), ())
     low, high = drive["least"]["value"], drive["greatest"]["value"]
     factor, unit = scaled(drive["unit"], max(-low, high))
     about = _("from {least} to {most} {unit}", least=written(factor * low, 4), most=written(factor * high, 4), unit=unit)
     curves = (DiagramCurve(f"driving.{k}.values", name, "green", "-", 1.6),)
-    row = Panel(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
+    row = DiagramRow(f"driving.{k}", title, name, unit, about, curves, factor=factor, si=drive["unit"], zero=True)
     return row._replace(breaks=breaks(positions, drive["values"]))
 
 

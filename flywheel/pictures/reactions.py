@@ -25,7 +25,7 @@ from flywheel.motions.joint_forces import CurveAxis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.pictures import figures, forms, written
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, VERMILLION
-from flywheel.pictures.forms import Diagram, Panel
+from flywheel.pictures.forms import Diagram, DiagramRow
 from flywheel.scene.scene import TURN
 
 Array = NDArray[np.float64]
@@ -145,7 +145,7 @@ _CORNERS = ((0.6, 0.61), (0.12, 0.61), (0.6, 0.09), (0.12, 0.09))
 _WIDE, _TALL_CORNER = 0.37, 0.31  # of a panel's width and height: what is enlarged in a corner
 
 
-def _hodograph(panel: Axes, row: Panel, path: Array) -> None:
+def _hodograph(panel: Axes, row: DiagramRow, path: Array) -> None:
     """The tip of a force (2, n) over the motion, with the largest one."""
     figures.name_axes(panel, f"{row.title}\n{row.about}", *(f"{curve.name}, {row.unit}" for curve in row.curves))
     _draw_path(panel, row, path)
@@ -156,7 +156,7 @@ def _hodograph(panel: Axes, row: Panel, path: Array) -> None:
     panel.locator_params(nbins=5)
 
 
-def _draw_path(panel: Axes, row: Panel, path: Array) -> None:
+def _draw_path(panel: Axes, row: DiagramRow, path: Array) -> None:
     """A hodograph, broken where the force jumps, with dotted lines over the gaps; and the origin."""
     panel.plot(*np.insert(path, [k for k in row.breaks if k], np.nan, axis=1), color=BLUE, lw=1.6, zorder=3)
     for k in row.breaks:
@@ -164,7 +164,7 @@ def _draw_path(panel: Axes, row: Panel, path: Array) -> None:
     panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
-def _mark(panel: Axes, row: Panel, positions: Array, path: Array, sliding: bool) -> Iterator[bool]:
+def _mark(panel: Axes, row: DiagramRow, positions: Array, path: Array, sliding: bool) -> Iterator[bool]:
     """Dots with the driver's coordinate beside them; those crowded around the origin are enlarged in a corner.
 
     Between dots and words it yields True if there is such a corner, which must have its place before the words.
@@ -235,7 +235,7 @@ def _free_corner(panel: Axes, path: Array) -> tuple[float, float] | None:
 # -- over the driver -------------------------------------------------------------------------------------------------
 
 
-def _over_driver(panel: Axes, row: Panel, x: Array, curves: Sequence[Array], sliding: bool) -> None:
+def _over_driver(panel: Axes, row: DiagramRow, x: Array, curves: Sequence[Array], sliding: bool) -> None:
     """The normal forces of a slide, or a driving action, over the driver's coordinate."""
     position = _("position x of the driver, mm") if sliding else _("crank angle φ, deg")
     figures.name_axes(panel, f"{row.title}\n{row.about}", position, f"{row.label}, {row.unit}")
@@ -249,7 +249,7 @@ def _over_driver(panel: Axes, row: Panel, x: Array, curves: Sequence[Array], sli
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.2, ncols=3, fontsize=8.5, frameon=False)
 
 
-def _beside_forces(panel: Axes, row: Panel, x: Array, moment: Array) -> None:
+def _beside_forces(panel: Axes, row: DiagramRow, x: Array, moment: Array) -> None:
     """The moment of a slide on a separate scale."""
     other, (curve,) = panel.twinx(), row.curves
     _broken(other, x, moment, row.breaks, color=COLOURS[curve.colour], ls=curve.dash, lw=curve.width)

@@ -31,7 +31,7 @@ from flywheel.pictures.diagrams import (
     made,
 )
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
-from flywheel.pictures.forms import Diagram, DiagramData, ExtremeMark, Panel, part_of, roomiest
+from flywheel.pictures.forms import Diagram, DiagramData, DiagramRow, ExtremeMark, part_of, roomiest
 from flywheel.sizing.results import Sizing
 from flywheel.tables.rows import RPM, WIDTH, printable
 from flywheel.tables.sizing import inertia_error, limit_names
@@ -78,7 +78,7 @@ def _draw_sizing(sizing: Sizing) -> Figure:
     sheet = figures.figure(12.8, 12.8, headline(sizing), apart=0.1)
     halves = GridSpec(1, 2, figure=sheet)
     part = part_of(sizing.scene, sizing.machine, sizing)
-    rows: dict[str, tuple[Diagram | str, Panel | None]] = {}
+    rows: dict[str, tuple[Diagram | str, DiagramRow | None]] = {}
     places: dict[str, Any] = {}
     for column in (0, 1):
         kinds = {key: kind for key, kind in DIAGRAMS.items() if kind.column == column and kind.suits(sizing.scene)}
@@ -142,7 +142,7 @@ def description(sizing: Sizing, kind: str) -> str:
     return _about(sizing, kind, _one(sizing, kind)[1][kind])
 
 
-def _one(sizing: Sizing, panel: str) -> tuple[DiagramData, dict[str, tuple[Diagram | str, Panel | None]]]:
+def _one(sizing: Sizing, panel: str) -> tuple[DiagramData, dict[str, tuple[Diagram | str, DiagramRow | None]]]:
     """The diagram that has a panel."""
     by_row = {row: key for key, kind in DIAGRAMS.items() for row in kind.rows}
     if panel not in by_row:
@@ -151,7 +151,7 @@ def _one(sizing: Sizing, panel: str) -> tuple[DiagramData, dict[str, tuple[Diagr
     return part, _rows(part, by_row[panel], DIAGRAMS[by_row[panel]])
 
 
-def _rows(part: DiagramData, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, Panel | None]]:
+def _rows(part: DiagramData, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, DiagramRow | None]]:
     """The rows of a diagram, or for each the reason why there is none."""
     diagram = made(part, key)
     if isinstance(diagram, str):
@@ -159,7 +159,7 @@ def _rows(part: DiagramData, key: str, kind: Kind) -> dict[str, tuple[Diagram | 
     return {row.key: (diagram, row) for row in diagram.rows}
 
 
-def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, Panel | None]) -> str:
+def _about(sizing: Sizing, kind: str, pair: tuple[Diagram | str, DiagramRow | None]) -> str:
     """The result in a line for a row with the flywheel, else the contents of the row, or the reason why it is missing."""
     if kind in ("wittenbauer", "speed"):
         return headline(sizing).rpartition("\n")[2] + "."
@@ -214,7 +214,7 @@ def _fill(
     part: DiagramData,
     sheet: figures.Picture,
     axes: Mapping[str, Axes],
-    rows: Mapping[str, tuple[Diagram | str, Panel | None]],
+    rows: Mapping[str, tuple[Diagram | str, DiagramRow | None]],
 ) -> None:
     """Draws panels; the names inside them get their places with the figure's layout."""
     titles = {row: kind.title for kind in DIAGRAMS.values() for row in kind.rows}
@@ -233,7 +233,7 @@ def _fill(
             sheet.later.append(later)
 
 
-def draw_row(panel: Axes, part: DiagramData, diagram: Diagram, row: Panel) -> Later:
+def draw_row(panel: Axes, part: DiagramData, diagram: Diagram, row: DiagramRow) -> Later:
     """Draws a row of any diagram: its fills, curves, bars or points, levels, marks and notes."""
     turns = part.axis.unit == "rad"
     along = _("crank angle φ, deg") if turns else _("time t, s")
@@ -269,7 +269,7 @@ def draw_row(panel: Axes, part: DiagramData, diagram: Diagram, row: Panel) -> La
     return later
 
 
-def _draw_curves(panel: Axes, diagram: Diagram, row: Panel, x: Array, curves: Mapping[str, Array]) -> None:
+def _draw_curves(panel: Axes, diagram: Diagram, row: DiagramRow, x: Array, curves: Mapping[str, Array]) -> None:
     """Curves over the driver, and the areas below them; in a stack the share of each body on top of the others."""
     for area in row.fills:
         values = diagram.values(area.of)
@@ -308,7 +308,7 @@ def _draw_curves(panel: Axes, diagram: Diagram, row: Panel, x: Array, curves: Ma
         panel.set_ylim(low - 0.14 * (high - low), high + 0.14 * (high - low))
 
 
-def _draw_numbered(panel: Axes, diagram: Diagram, row: Panel, curves: Mapping[str, Array]) -> None:
+def _draw_numbered(panel: Axes, diagram: Diagram, row: DiagramRow, curves: Mapping[str, Array]) -> None:
     """Bars of areas, or points at crossings, with their numbers along the axis."""
     (curve,) = row.curves
     values = curves[curve.of]
@@ -335,7 +335,7 @@ def _draw_numbered(panel: Axes, diagram: Diagram, row: Panel, curves: Mapping[st
     panel.set_xticks(indices, [f"{row.ticks}{k}" for k in indices])
 
 
-def _draw_marks(panel: Axes, row: Panel, x: Array, curves: Mapping[str, Array], *, turns: bool) -> Later:
+def _draw_marks(panel: Axes, row: DiagramRow, x: Array, curves: Mapping[str, Array], *, turns: bool) -> Later:
     """Triangles at extremes, their words beside them, or in the legend where places are numbers."""
 
     def spot(mark: ExtremeMark) -> tuple[float, float]:
@@ -360,7 +360,7 @@ def _draw_marks(panel: Axes, row: Panel, x: Array, curves: Mapping[str, Array], 
     return lambda: figures.settle(panel, texts, spots, lines, ways)
 
 
-def _name_areas(panel: Axes, part: DiagramData, diagram: Diagram, row: Panel, drawn: list[Array]) -> None:
+def _name_areas(panel: Axes, part: DiagramData, diagram: Diagram, row: DiagramRow, drawn: list[Array]) -> None:
     """A1, A2... with their joules inside each area, or beside its curve if it is too narrow; the largest come first."""
     areas, samples = diagram.figures["areas"], part.samples
     assert samples is not None
@@ -425,7 +425,7 @@ def legend(panel: Axes, wide: float = 430.0) -> None:
     panel.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=ncols, borderaxespad=4.2, **style)
 
 
-def _draw_area(panel: Axes, diagram: Diagram, row: Panel) -> None:
+def _draw_area(panel: Axes, diagram: Diagram, row: DiagramRow) -> None:
     """Curves of a servo drive over its speed, the loop of the motion, and two points of it."""
     data = diagram.figures
     name_axes(panel, row.title, data["words"], f"{row.label}, {row.unit}")
@@ -454,7 +454,7 @@ def _draw_area(panel: Axes, diagram: Diagram, row: Panel) -> None:
 # -- Wittenbauer's loop ----------------------------------------------------------------------------------------------
 
 
-def _draw_loop(panel: Axes, part: DiagramData, diagram: Diagram, row: Panel) -> Later:
+def _draw_loop(panel: Axes, part: DiagramData, diagram: Diagram, row: DiagramRow) -> Later:
     """The loop W(I*) with its two tangents, in the last of its windows."""
     data = diagram.figures
     name_axes(panel, row.title, _("reduced inertia I*, kg m²"), f"{row.label}, {row.unit}")

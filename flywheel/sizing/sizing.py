@@ -181,13 +181,13 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     # wheel
     inertia = flywheel.exact if scene.inertia is None else scene.inertia
     irregularity = scene.irregularity if confirmed.motion is None else confirmed.motion.irregularity
-    built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime) if scene.wheel else (None, ())
+    built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime)
 
     # result
     reached = scene.irregularity if flywheel.needed or regime.run is None else regime.run.irregularity
     limits, binding = regime.limits, regime.binding
     if not limits:
-        limits, binding = _limits(scene, flywheel.exact, errors.exact, reached) if scene.limits else ({}, None)
+        limits, binding = _limits(scene, flywheel.exact, errors.exact, reached)
     limits = {name: limit._replace(simulated=confirmed.limited.get(name)) for name, limit in limits.items()}
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
@@ -494,7 +494,7 @@ def _limits(
     scene: Scene, exact: float | None, error: float | None, reached: float | None
 ) -> tuple[dict[str, Limit], str | None]:
     """The irregularity if it is the only limit, which the exact flywheel is for; and its name if a flywheel is needed."""
-    if exact is None or reached is None:
+    if not scene.limits or exact is None or reached is None:
         return {}, None
     limit = {name: Limit(limit, reached, exact, None, error or 0.0, error or 0.0) for name, limit in scene.limits.items()}
     return limit, next(iter(limit)) if exact > 0.0 else None
@@ -552,7 +552,8 @@ def _wheel(
 
     """
     rim = scene.wheel
-    assert rim is not None
+    if rim is None:
+        return None, ()
     if not inertia:
         return None, ("no wheel is chosen, as no flywheel is needed",)
     ratio, run = scene.flywheel_ratio, None if regime is None else regime.run
@@ -617,9 +618,8 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, own_inertia) if figure is None else (figure, eps or 0.0)
-    own = inertia, scene.speed, irregularity, None, fluctuation, error
-    built, of_wheel = _wheel(scene, *own) if scene.wheel else (None, ())
-    limits, binding = _limits(scene, figure, error, eps) if scene.limits else ({}, None)
+    built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
+    limits, binding = _limits(scene, figure, error, eps)
     return Sizing(
         scene=scene,
         speed=scene.speed,

@@ -29,7 +29,7 @@ from flywheel.pictures import sizing as plots
 from flywheel.pictures.animation import Timing, timing
 from flywheel.pictures.diagrams import DIAGRAMS, Kind
 from flywheel.pictures.figures import BLUE, PURPLE
-from flywheel.pictures.forms import Diagram, DiagramCurve, DiagramData, ExtremeMark, Panel, along_motion, part_of
+from flywheel.pictures.forms import Diagram, DiagramCurve, DiagramData, DiagramRow, ExtremeMark, along_motion, part_of
 from flywheel.pictures.kinematics import draw_reduction, draw_transient, plot_transient
 from flywheel.pictures.power_flow import draw as draw_flow
 from flywheel.pictures.power_flow import panel as power_panel
@@ -777,7 +777,9 @@ def test_a_new_diagram_is_one_maker(monkeypatch: pytest.MonkeyPatch) -> None:
         values = 0.5 * part.sizing.speed**2 * (part.samples.inertia + part.sizing.flywheel.exact)
         mark = ExtremeMark("greatest", float(part.axis.values[values.argmax()]), float(values.max()), "the most", "blue")
         curve = DiagramCurve("energy", "at the mean speed", "green")
-        row = Panel("energy", "Kinetic energy", "energy T", "J", "its course", (curve,), marks=(mark,), notes=("a note",))
+        row = DiagramRow(
+            "energy", "Kinetic energy", "energy T", "J", "its course", (curve,), marks=(mark,), notes=("a note",)
+        )
         return Diagram({"energy": values}, "Kinetic energy", "its course", (row,))
 
     kind = Kind(lambda: "Energy", energy, 0, ("energy",))
