@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum, auto
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -92,6 +92,10 @@ class UnstableError(NoRegimeError):
         self.motion = motion
 
 
+class OutOfStepError(NoRegimeError):
+    """A synchronous motor that settles out of step: its rotor falls back by whole pole pairs in each cycle."""
+
+
 class Finding(NamedTuple):
     """Result of a search for the steady periodic motion with a flywheel (kg m² on the crank).
 
@@ -151,9 +155,10 @@ class Branch:
                 return finding._replace(stop=followed)
             if followed is not None:
                 later = self._stable(inertia, partial(self._along, inertia, rtol, *followed))
-                finding = finding if later.motion is None else later
+                finding = later if later.motion is not None or isinstance(later.error, OutOfStepError) else finding
         if finding.motion is None:
-            finding = self._searched(inertia, rtol)
+            searched = self._searched(inertia, rtol)
+            finding = finding if searched.motion is None and isinstance(finding.error, OutOfStepError) else searched
         if finding.motion is not None:
             self.motions[inertia] = finding.motion
         return finding
@@ -191,7 +196,22 @@ class Branch:
         return Finding(inertia, motion)
 
     def _along(self, inertia: float, rtol: float, trail: Trail, start: float) -> OwnMotion:
-        """The motion reached by one followed in time, at the time `start` (s) of its last cycle."""
+        """The motion reached by one followed in time, at the time `start` (s) of its last cycle.
+
+        Raises:
+            OutOfStepError: if a synchronous motor is out of step. In step its load angle returns: p (w_s T - phi_s), by
+                which it grows in a cycle of T s and phi_s rad of its shaft, is 0; else a whole number of turns.
+
+        """
+        scene, period = self.machine.scene, float(trail.t[-1]) - start
+        motor: Any = scene.motor
+        if motor is not None and motor.keeps_step and scene.drive is not None:
+            turned = scene.shafts[scene.drive.on] * scene.cycle
+            slip = motor.pole_pairs * (motor.synchronous_speed * period - turned) / (2.0 * math.pi)
+            if abs(slip) > 0.5:
+                mean, own = turned / period, motor.synchronous_speed
+                speeds = f"a mean of {mean:.6g} rad/s at its shaft for its synchronous {own:.6g} rad/s"
+                raise OutOfStepError(f"{speeds}, as its load angle changes by {360 * slip:.4g} deg in each cycle")
         times = np.linspace(start, float(trail.t[-1]), _SAMPLES)
         rows = trail.states(times)
         cycle = self.machine.scene.cycle

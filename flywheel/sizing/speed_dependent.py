@@ -16,7 +16,7 @@ from flywheel.numerics.budget import BudgetError, Cost, Meter, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
-from flywheel.regime.branch import Branch, Finding, Outcome, UnstableError, outcome_of
+from flywheel.regime.branch import Branch, Finding, Outcome, OutOfStepError, UnstableError, outcome_of
 from flywheel.regime.cycle_equations import Demand, LostError, NoRegimeError, UnresolvedError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.turning_moment import Cycle, Run
@@ -350,6 +350,9 @@ def _fault(machine: Machine, speed: float, size: float | None, guess: float, unk
         where = f"stalls at {machine.where(stop.phi)} for lack of {stop.shortfall:.6g} N m on the crank"
         defect = f"a {what} that {where}, released at {stop.speed:.6g} rad/s{wheel}"
         return Fault(path, defect, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+    if isinstance(error, OutOfStepError):
+        defect = f"a motor that falls out of step{wheel}: released at {speed:.6g} rad/s, it settles to {error}"
+        return Fault(path, defect, "a synchronous motor in step", "a heavier flywheel, a stronger motor, or smaller loads")
     ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     if ending.outcome is Outcome.STALLS:
         defect = f"a {what} that stalls {ending.where}, released at {speed:.6g} rad/s{wheel}"

@@ -34,6 +34,7 @@ LATE = 20.0  # s of computing
 _UNRAISABLE = ("gc_callback", "__del__")  # functions that the collector of garbage calls
 FLOOR = 2e-8  # what the oracle is good to
 CYCLE = 1e-9  # what it is good to over a single cycle
+_OUT_OF_STEP = "out of step"
 ROUTES = ("size", "rest", "down", "both", "regime")
 DEFECTS = ("wrong", "untrue", "broken", "late")
 Scene = dict[str, Any]
@@ -521,6 +522,8 @@ def _refused(case: Drawn, answer: Answer) -> Verdict:
         return Verdict("size", "undecided", f"oracle: {type(error).__name__} {error}; {answer.refusal}", answer.seconds)
     if found is None:
         return Verdict("size", "refused", answer.refusal, answer.seconds)
+    if _OUT_OF_STEP in found and _OUT_OF_STEP in answer.refusal:
+        return Verdict("size", "refused", answer.refusal, answer.seconds)
     return Verdict("size", "untrue", f"{found}; said: {answer.refusal}", answer.seconds)
 
 
@@ -529,7 +532,6 @@ def steady_without_help(case: Drawn) -> str | None:
     scene = unstarted(case.scene)
     if scene.get("drive", {}).get("torque") == "balance" or "balance" in scene.get("parameters", {}).values():
         return None
-    asked = scene["flywheel"].get("irregularity")
     inertia = scene["flywheel"].get("inertia", 50 * case.inertia / case.speed(scene["flywheel"].get("on", "crank")) ** 2)
     machine = Machine(scene, inertia=inertia)
     if machine.timed:
@@ -541,7 +543,7 @@ def steady_without_help(case: Drawn) -> str | None:
     for speed in speeds:
         states = None if machine.motor is None else machine.motor.unfed(machine.speeds[machine.driven] * speed)
         if states is not None:
-            return _iterated(machine, speed, states, asked)
+            return _iterated(machine, speed, states, synchronous=scene["drive"]["motor"]["type"] == "synchronous")
         found = settled(machine, speed, states)
         if found is not None:
             uneven = found.irregularity
@@ -566,18 +568,19 @@ def _some_wheel(case: Drawn) -> str | None:
     return None
 
 
-def _iterated(machine: Machine, speed: float, states: Any, asked: Any) -> str | None:
-    """A motor with states, run cycle by cycle."""
+def _iterated(machine: Machine, speed: float, states: Any, *, synchronous: bool) -> str | None:
+    """A motor with states, run cycle by cycle; of a synchronous one the first is its load angle."""
     y = list(states)
     for _ in range(60):
         cycle = cycle_from(machine, speed, y)
         if cycle is None:
             return None
-        before, speed, y = speed, float(cycle.end[1]), cycle.end[2 : 2 + machine.states]
+        before, angle, speed, y = speed, y[0], float(cycle.end[1]), cycle.end[2 : 2 + machine.states]
         if abs(speed - before) < 1e-8 * speed:
             if cycle.irregularity >= 2.0:  # it turns back within the cycle, which is no steady running
                 return None
-            return f"settles to {speed:.6g} rad/s at phi = 0, irregularity {cycle.irregularity:.6g}"
+            how = f"{_OUT_OF_STEP}, it " if synchronous and abs(y[0] - angle) > math.pi else ""
+            return f"{how}settles to {speed:.6g} rad/s at phi = 0, irregularity {cycle.irregularity:.6g}"
     return None
 
 

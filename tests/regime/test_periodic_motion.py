@@ -438,6 +438,15 @@ def test_a_synchronous_motor_runs_on_its_stable_branch(ratio):
     assert outcome.motion.run.irregularity == pytest.approx(own, rel=1e-5)
 
 
+def test_a_synchronous_motor_that_settles_out_of_step_is_refused_as_such():
+    """Its load angle changes by a whole turn in each cycle: the motion repeats, but the motor does not keep its speed."""
+    loads = [{"on": "crank", "torque": -100}, {"on": "crank", "torque": -4000, "from": 0, "to": "60 deg"}]
+    drive = {"on": "motor", "motor": SYNCHRONOUS | {"asynchronous_slip": "5 %"}}
+    scene = {"shafts": {"motor": {"ratio": 5}}, "load": loads, "drive": drive, "flywheel": {"inertia": 2}}
+    with pytest.raises(flywheel.SceneError, match=r"out of step .* load angle changes by 360 deg in each cycle"):
+        flywheel.size(flywheel.load(scene), accuracy="normal")
+
+
 def test_a_motor_s_current_that_swings_faster_than_the_load_is_resolved():
     """A long window of load on a direct-current motor with 49 mH: on the machine's own cells nothing settled."""
     motor = {
