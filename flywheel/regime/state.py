@@ -205,7 +205,7 @@ def _with_lengths(mechanism: Mechanism, moved: Callable[[float], float]) -> Mech
         joints = tuple(
             joint._replace(first_at=at(joint.first_at), second_at=at(joint.second_at)) for joint in linkage.joints
         )
-        linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints)
+        linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints, neighbour=linkage)
     geometry = {name: moved(value) for name, value in mechanism.geometry.items()}
     return replace(mechanism, geometry=geometry, linkage=linkage)
 

@@ -143,6 +143,7 @@ class Linkage:
     driver: name of the pin or slide whose coordinate drives; guesses and sides hold at its `start` (rad or m).
     path: its path in a scene, for messages.
     further: the other drivers of a linkage of several degrees of freedom (see `flywheel.freedoms`).
+    neighbour: a linkage whose lengths differ from its own by roundings alone: it has the same assembly.
     """
 
     ground: Link
@@ -154,6 +155,7 @@ class Linkage:
     start: float = 0.0
     path: str = "mechanism"
     further: tuple[Driver, ...] = ()
+    neighbour: Linkage | None = None
 
     @property
     def drivers(self) -> tuple[Driver, ...]:
@@ -167,7 +169,8 @@ class Linkage:
 
     def unweighed(self) -> Linkage:
         """The same without masses, on which no position depends."""
-        return replace(self, links=tuple(link._replace(mass=0.0, inertia=0.0, com=(0.0, 0.0)) for link in self.links))
+        links = tuple(link._replace(mass=0.0, inertia=0.0, com=(0.0, 0.0)) for link in self.links)
+        return replace(self, links=links, neighbour=None if self.neighbour is None else self.neighbour.unweighed())
 
     def carrier(self, coupling: Coupling) -> str:
         """The body that carries both joints of a coupling: the frame, if they have it in common."""

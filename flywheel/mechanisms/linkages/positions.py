@@ -459,6 +459,8 @@ def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
 @lru_cache(maxsize=32)
 def _continued(linkage: Linkage, low: float, high: float) -> Solution:
     equations = Equations(loops(linkage))
+    if linkage.neighbour is not None:  # Newton's iteration starts where that is at each position
+        return Solution(equations, _continued(linkage.neighbour, low, high).trace, low, high)
     scale = equations.loops.unit if linkage.sliding else 1.0
     reach = low / scale, high / scale, equations.loops.start
     return Solution(equations, follow(equations, assembled(equations), min(reach), max(reach)), low, high)
