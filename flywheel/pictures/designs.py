@@ -28,7 +28,7 @@ from flywheel.designs.sweep_results import ParetoFront, Sweep, objective
 from flywheel.designs.tolerance import Tolerance
 from flywheel.designs.variation import Sensitivities, change
 from flywheel.numerics.units import figure as number
-from flywheel.pictures import current_form, written
+from flywheel.pictures import current_form, figures, written
 from flywheel.pictures.figures import (
     BLACK,
     BLUE,
@@ -608,8 +608,7 @@ def draw_tradeoff(result: Tradeoff) -> Figure:
     if any(_hollow(row, rows) for row in rows):
         panel.plot([], [], ls=":", marker="o", color=GREY, mfc="white", ms=7, label="hollow: without restart")
     made.legend(loc="outside lower center", ncols=4, fontsize=8.5, frameon=False)
-    made.get_layout_engine().execute(made)  # type: ignore[union-attr]
-    made.set_layout_engine("none")  # the panel has its place now
+    figures.lay_out(made)
     texts = [made.text(0.0, 0.0, row.label, fontsize=_FONT, va="bottom", parse_math=False) for row in rows]
     if texts:
         _arrange(made, panel, points, marks, texts, lines)

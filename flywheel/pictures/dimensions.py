@@ -93,7 +93,7 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     names += _masses(panel, view, poses)
     names += _angle(panel, scene, view, poses, phi, lines)
     _gravity(panel, scene, view, box)
-    made.draw_without_rendering()
+    figures.lay_out(made)
     write_names(panel, view, poses, 1.0, names, lines[1:])
     note = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
     return made, note

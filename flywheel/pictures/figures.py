@@ -88,6 +88,12 @@ def figure(width: float, height: float, title: str, apart: float = 0.08) -> Pict
     return made
 
 
+def lay_out(made: Figure) -> None:
+    """Gives every panel of a figure its place, for good: what comes later, such as names, needs no more room."""
+    made.get_layout_engine().execute(made)  # type: ignore[union-attr]
+    made.set_layout_engine("none")
+
+
 def save(made: Figure, path: str | Path) -> None:
     """Writes a figure as PNG, SVG or PDF, by its ending; ValueError for any other, OSError if it cannot be written."""
     import warnings

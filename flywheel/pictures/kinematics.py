@@ -99,7 +99,7 @@ def draw(kinematics: Kinematics) -> Figure:
             draw_panel(panel, kinematics, curves, order, scale)
         column[-1].set_xlabel(label)
         legend(column[0], kinematics, curves)
-    made.draw_without_rendering()
+    figures.lay_out(made)
     for column, curves in zip(panels.T, columns, strict=True):
         for order, panel in enumerate(column):
             _mark_extremes(panel, kinematics, curves, order, scale)

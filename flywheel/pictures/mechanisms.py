@@ -102,7 +102,7 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
     for panel, view, box in zip(panels, views, boxes, strict=False):
         draw_axes_and_paths(panel, view, box, f"{view.mechanism.name}: {caption}")
         draw_bodies(panel, view, view.poses(coordinates), box, faint=True)
-    made.draw_without_rendering()  # gives everything its place, so that names can go around it
+    figures.lay_out(made)  # gives everything its place, so that names can go around it
     for panel, view, box in zip(panels, views, boxes, strict=False):
         write_names(panel, view, view.poses(coordinates), factor(box)[0])
     if path is not None:
@@ -261,7 +261,7 @@ def draw_centres(result: InstantCentres, path: str | Path | None = None) -> Figu
         draw_axes_and_paths(panel, view, box, "\n".join((title, *_not_drawn(centres, k, box))))
         panel.title.set_fontsize(9.5)
         draw_bodies(panel, view, view.poses(result.q[k]), box)
-    made.draw_without_rendering()
+    figures.lay_out(made)
     for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
         _mark_centres(panel, view, view.poses(result.q[k]), centres, k, box)
     if path is not None:

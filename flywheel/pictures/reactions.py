@@ -6,7 +6,7 @@ force jumps, its curve is broken, and a dotted line marks the gap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import ceil, sqrt
 from pathlib import Path
 from textwrap import fill, wrap
@@ -108,17 +108,11 @@ def _fill(reactions: Reactions, made: Figure, names: Sequence[str], panels: Sequ
         else:
             _over_driver(panel, row, x, curves, linkage.sliding)
         done.add(row.key)
-    made.draw_without_rendering()
-    marks = []
+    figures.lay_out(made)
     for panel, row, at, path in plane:
         panel.autoscale(enable=False)  # its limits are those that make scales equal
         panel.set_adjustable("box")
-        marks.append(_mark(panel, row, at, path, linkage.sliding))
-    enlarged = [next(dots) for dots in marks]  # all dots are drawn before the words are laid out
-    if any(enlarged):
-        made.draw_without_rendering()
-    for words in marks:
-        next(words, None)
+        _mark(panel, row, at, path, linkage.sliding)
 
 
 def _whole_round(poses: Poses) -> float:
@@ -164,11 +158,8 @@ def _draw_path(panel: Axes, row: DiagramRow, path: Array) -> None:
     panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
-def _mark(panel: Axes, row: DiagramRow, positions: Array, path: Array, sliding: bool) -> Iterator[bool]:
-    """Dots with the driver's coordinate beside them; those crowded around the origin are enlarged in a corner.
-
-    Between dots and words it yields True if there is such a corner, which must have its place before the words.
-    """
+def _mark(panel: Axes, row: DiagramRow, positions: Array, path: Array, sliding: bool) -> None:
+    """Dots with the driver's coordinate beside them; those crowded around the origin are enlarged in a corner."""
     spots = np.stack([np.interp(row.along, positions, part) for part in path], axis=1)
     places = (1000.0 if sliding else 180.0 / np.pi) * np.array(row.along)
     most, unit_of_place = float(np.nanmax(np.hypot(*path))), "" if sliding else "°"
@@ -191,10 +182,10 @@ def _mark(panel: Axes, row: DiagramRow, positions: Array, path: Array, sliding: 
         near.tick_params(labelsize=7)
         near.locator_params(nbins=3)
         near.set_title(_("enlarged, {unit}", unit=row.unit), fontsize=8, pad=3)
+        near.apply_aspect(near.get_axes_locator()(near, None))  # its place in the panel
         words.append((near, places[crowd], spots[crowd], []))
     elif corner is None:
         words = [(panel, places, spots, jumps)]
-    yield len(words) > 1
     for where, at, dots, leaps in words:
         names = [figures.name(where, _("jump"), fontsize=8.0, color=GREY, zorder=5) for ends in leaps[:1]]
         anchors = [ends[:, np.argsort(np.hypot(*ends))] @ (0.3, 0.7) for ends in leaps[:1]]
