@@ -419,28 +419,39 @@ def residuals(sides: Array, start: Array) -> Array:
     return np.where(sides * start < 0.0, np.abs(start), 0.0)
 
 
-def through(
-    rates: Rates,
-    t: float,
-    state: Array,
-    ends: tuple[float, float],
-    until: float,
-    tolerance: Tolerance,
-    hint: float | None,
-    events: Events | None = None,
-    along: RateField | None = None,
-    length: Callable[[float], float] | None = None,
-) -> Iterator[Step]:
-    """Steps from a state until phi leaves (low, high), t reaches `until`, or a watched value leaves its side.
+class Piece(NamedTuple):
+    """A smooth piece of the range of phi, the first state, to be stepped through until phi leaves it or t reaches `until`.
 
-    The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
-    die out many times over are stepped implicitly, and so is the rest of one that takes many steps. `length` gives the
-    longest of explicit steps by the time that they start at. Events are searched for in several steps at once.
+    With `along`, the rates at many instants at once, stretches in which small changes die out many times over are stepped
+    implicitly, and so is the rest of one that takes many steps. `length` gives the longest of explicit steps by the time
+    that they start at.
+    """
+
+    rates: Rates
+    ends: tuple[float, float]
+    until: float
+    tolerance: Tolerance
+    along: RateField | None = None
+    length: Callable[[float], float] | None = None
+
+    def end(self, speed: float) -> float:
+        """The end that phi moves to."""
+        return self.ends[1] if speed > 0.0 else self.ends[0]
+
+    def rest(self, speed: float, t: float, state: Array) -> float:
+        """Approximate time to the end of phi's range, or to the last time."""
+        return min(abs(self.end(speed) - float(state[0])) / abs(speed) if speed else np.inf, self.until - t)
+
+
+def through(piece: Piece, t: float, state: Array, hint: float | None, events: Events | None = None) -> Iterator[Step]:
+    """Steps from a state until phi leaves a piece, t reaches its last time, or a watched value leaves its side.
+
+    The last one ends exactly there. `hint` is the length of the first step. Events are searched for in several steps at
+    once.
     """
     # which side of a switch the motion continues to asks for states of the steps' own order
     switching = events is not None and events.clear is None
-    method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
-    steps = _onwards(rates, t, state, ends, until, tolerance, hint, method, along, length)
+    steps = _onwards(piece, t, state, hint, ORDER_8 if switching else runge_kutta.method(piece.tolerance.relative))
     if events is None:
         yield from steps
         return
@@ -464,25 +475,15 @@ def through(
         raise beyond
 
 
-def _onwards(
-    rates: Rates,
-    t: float,
-    state: Array,
-    ends: tuple[float, float],
-    until: float,
-    tolerance: Tolerance,
-    hint: float | None,
-    method: Method,
-    along: RateField | None = None,
-    length: Callable[[float], float] | None = None,
-) -> Iterator[Step]:
+def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: Method) -> Iterator[Step]:
     """The same without watched values, explicit steps by a method."""
+    rates, _, until, tolerance, along, length = piece
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
-        stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
+        stiff = decay(along, t, state) * piece.rest(float(rates(t, state)[0]), t, state) > along.stiff
     else:
         stiff = along is not None and along.stiff == 0.0 and not along.plain
     if along is not None and stiff:
-        done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance)
+        done, t, state = yield from _implicit_steps(piece, along, t, state)
         if done:
             return
         along = None
@@ -492,7 +493,7 @@ def _onwards(
     while solver.t < until:
         speed = solver.f[0]
         if speed:  # far past the piece's end the laws are only continued
-            far = abs(((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / speed)
+            far = abs((piece.end(speed) - solver.y[0]) / speed)
             if solver.h > _NEARLY * far:
                 far *= _slower(rates, solver, far)
                 solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
@@ -501,27 +502,27 @@ def _onwards(
         accepted = solver.step()
         if accepted is None:
             raise StepError(f"no step is short enough past t = {solver.t:.9g} s", solver.t)
-        missing = (ends[1] if solver.f[0] > 0.0 else ends[0]) - accepted.after[0]
+        missing = piece.end(solver.f[0]) - accepted.after[0]
         inside = speed * solver.f[0] > 0.0 and abs(missing) > 2.0 * _SHORT * accepted.h * abs(solver.f[0])
-        inside = inside and ends[0] < accepted.after[0] < ends[1]
-        step = None if inside else _landing(accepted, ends, until, tolerance)
+        inside = inside and piece.ends[0] < accepted.after[0] < piece.ends[1]
+        step = None if inside else _landing(piece, accepted)
         over = step is not None
         if inside:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
         elif step is None:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
-            step, over = _cut(rates, step, speed, solver.f[0], ends)
+            step, over = _cut(piece, step, speed, solver.f[0])
         yield step
         if over:
             return
         taken += 1
-        if along is not None and taken % _MANY == 0 and _prefers_implicit(along, solver, solver.t - t, taken, ends):
-            rest = along._replace(stiff=0.0, plain=False)
-            yield from _onwards(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, method, rest, length)
+        if along is not None and taken % _MANY == 0 and _prefers_implicit(piece, along, solver, solver.t - t, taken):
+            rest = piece._replace(along=along._replace(stiff=0.0, plain=False))
+            yield from _onwards(rest, solver.t, np.array(solver.y), None, method)
             return
 
 
-def _prefers_implicit(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
+def _prefers_implicit(piece: Piece, along: RateField, solver: DormandPrince, gone: float, taken: int) -> bool:
     """Tests whether implicit steps are cheaper for the rest of a stretch, after `taken` explicit ones.
 
     Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
@@ -529,7 +530,7 @@ def _prefers_implicit(along: RateField, solver: DormandPrince, gone: float, take
     if not along.plain:
         return True
     h, state = gone / taken, np.array(solver.y)
-    left = _rest(solver.f[0], solver.t, state, ends, solver.until)
+    left = piece.rest(solver.f[0], solver.t, state)
     fastest = decay(along, solver.t, state) if left > _MANY * h else 0.0
     return h * fastest > 0.5 * _STABLE[solver.method.order]
 
@@ -545,14 +546,14 @@ def _slower(rates: Rates, solver: DormandPrince, far: float) -> float:
     return ratio if abs(ratio - 1.0) < _ALIKE else 1.0
 
 
-def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float, tolerance: Tolerance) -> Step | None:
+def _landing(piece: Piece, step: runge_kutta.Step) -> Step | None:
     """The step made to end where phi leaves the piece, by Newton's method; None if it ends well inside, or reverses.
 
-    None, too, where phi leaves the piece after `until`. Over the final remainder every state changes by two terms of its
-    series, of which the second is hardly above rounding.
+    None, too, where phi leaves the piece after its last time. Over the final remainder every state changes by two terms of
+    its series, of which the second is hardly above rounding.
     """
-    start, speed = step.slopes[0][0], step.slopes[-1][0]
-    end = ends[1] if speed > 0.0 else ends[0]
+    start, speed, tolerance = step.slopes[0][0], step.slopes[-1][0], piece.tolerance
+    end = piece.end(speed)
     for _ in range(_MOST_LANDINGS):
         if start * speed < 0.0 or speed == 0.0:
             return None
@@ -568,17 +569,17 @@ def _landing(step: runge_kutta.Step, ends: tuple[float, float], until: float, to
             rows = zip(step.after, step.slopes[-1], bent, strict=True)
             after = [y + missing * rate + b for y, rate, b in rows]
             last = step.t + step.h + missing
-            return Step(step, step.t, last, after=(end, *after[1:])) if last <= until else None
+            return Step(step, step.t, last, after=(end, *after[1:])) if last <= piece.until else None
         step = step.shortened(step.h + missing)
         speed = step.slopes[-1][0]
     return None
 
 
-def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> tuple[Step, bool]:
+def _cut(piece: Piece, step: Step, before: float, after: float) -> tuple[Step, bool]:
     """A step cut where phi leaves the piece, True if it does: it may leave it and reverse before the step is over."""
-    dense, start, turns = step.dense, step.start, step.end
+    dense, start, turns, ends = step.dense, step.start, step.end, piece.ends
     if before * after < 0.0:
-        turns = root(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
+        turns = root(lambda t: float(piece.rates(t, step.dense(t))[0]), step.start, step.end)
     for stop in turns, step.end:
         phi = float(step.last[0] if stop == step.end else dense(stop)[0])
         if phi >= ends[1] or phi < ends[0]:
@@ -589,32 +590,22 @@ def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[floa
     return step, False
 
 
-def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
-    """Approximate time to the piece's end, or to the last time."""
-    return min(abs((ends[1] if speed > 0.0 else ends[0]) - float(state[0])) / abs(speed) if speed else np.inf, until - t)
-
-
 def _implicit_steps(
-    rates: Rates,
-    along: RateField,
-    t: float,
-    state: Array,
-    ends: tuple[float, float],
-    until: float,
-    tolerance: Tolerance,
+    piece: Piece, along: RateField, t: float, state: Array
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
     """Implicit steps, each in parts; whether the stretch came to its end, or where no step was accepted."""
+    tolerance, until = piece.tolerance, piece.until
     solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
-    speed = float(rates(t, state)[0])
+    speed = float(piece.rates(t, state)[0])
     while solver.t < until:
-        start, rest = solver.t, _rest(speed, solver.t, solver.state, ends, until)
+        start, rest = solver.t, piece.rest(speed, solver.t, solver.state)
         dense = solver.step(min(_BEYOND * rest, until - start), speed)
         if dense is None:
             return False, solver.t, solver.state
         edges = np.linspace(start, solver.t, _PARTS + 1)
         speeds = along.rates(edges, dense(edges))[0].tolist()
         for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
-            step, over = _cut(rates, Step(dense, low, high), before, speed, ends)
+            step, over = _cut(piece, Step(dense, low, high), before, speed)
             yield step
             if over:
                 return True, solver.t, solver.state

@@ -21,7 +21,7 @@ from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta, standstill
 from bondgraph.motion.runge_kutta import STIFF, RateField, Rates
 from bondgraph.motion.standstill import ROUNDING, Release
-from bondgraph.motion.stepping import Events, Step, StepError, Tolerance, residuals, through
+from bondgraph.motion.stepping import Events, Piece, Step, StepError, Tolerance, residuals, through
 from bondgraph.numerics import counting, summit
 from flywheel.components.motors.motor import States
 from flywheel.machine.dynamics import ONSET, Dynamics, Start, Stretch, Trail, later
@@ -425,7 +425,8 @@ class _Motion:
             anchor, own = self._anchor(ends, stop, min(_AHEAD * _FARTHER**stops, _FARTHEST))
             rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor, own)
             try:
-                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along, self.length)]
+                whole = Piece(rates, ends, stop, self.tolerance, along, self.length)
+                steps = [*through(whole, self.t, self.state, hint, events)]
             except StepError as error:
                 raise SceneError([self._undefined(anchor) or too_short(error)]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed

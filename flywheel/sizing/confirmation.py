@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
-from bondgraph.motion.stepping import TIGHTEST, Events, Step, StepError, Tolerance, residuals, through
+from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, Tolerance, residuals, through
 from flywheel.machine.dynamics import Dynamics, PlainInstant, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
@@ -391,7 +391,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
             anchor, own = equations.anchor(state, (low, high)) if tries <= _TRIES else (None, state[2:])
             rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
             events = None if anchor is None else equations.events(anchor, own, tau, state)
-            stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, events, along)
+            stepping = through(Piece(rates, (low, high), np.inf, tolerance, along), tau, state, hint, events)
             most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
             try:
                 passed = [*islice(stepping, most)]
