@@ -105,7 +105,6 @@ class Dynamics:
         self.circuit = circuit_of(machine.scene)
         drive = machine.scene.drive
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
-        self._efforts = {effort.path: effort for effort in machine.efforts}
         self._laws: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}  # with it, so that ids stay
 
     @property
@@ -510,7 +509,7 @@ class Dynamics:
             moving = station.contributions(omega, time, anchor.omega, anchor.time) if stage.reduction.moving else []
             shares |= {element.name: effort + self.balance * factor for element, effort, factor in moving}
         efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
-        pushing = {path: float(share) for path, share in shares.items() if path in self._efforts and sense * share > 0.0}
+        pushing = {path: float(share) for path, share in shares.items() if path in efforts and sense * share > 0.0}
         total = np.ravel(sum(part.inertia for part in parts))
         return moment, *friction.stiction(table, at, sense, total, efforts, pushing)
 

@@ -583,6 +583,28 @@ def test_a_ramp_of_force_breaks_it_away_at_the_instant_when_it_exceeds_friction(
     assert still.acceleration[0] == still.omega[0] == 0.0
 
 
+def test_a_current_that_rises_breaks_a_rough_pin_away() -> None:
+    """K i against r sin(atan mu) m g: i = (1 - exp(-R t/L)) U/R comes to it at t = -L/R ln(1 - R M_f/(K U)), if ever."""
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "disc": {"mass": 20.0, "inertia": 0.3}}
+    pin = {"name": "O", "type": "pin", "between": ["frame.O", "disc.origin"], "friction": 0.1, "radius": 0.02}
+    motor = {"type": "dc", "voltage": 24.0, "resistance": 2.0, "constant": 0.5, "inductance": 0.4}
+    mechanism = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [pin]}
+    scene = {"mechanism": mechanism, "gravity": {"g": G}, "drive": {"motor": motor}, "flywheel": {"inertia": 0}}
+    run = flywheel.transient(flywheel.load(scene), start="rest", end="1 s")
+    rubs = 0.02 * 0.1 / np.hypot(1.0, 0.1) * 20.0 * G
+    start = -0.4 / 2.0 * np.log(1.0 - 2.0 * rubs / (0.5 * 24.0))
+    assert np.abs(run.motion.t - start).min() < 1e-9
+
+    def rates(t: float, y: Any) -> list[float]:
+        return [y[1], (0.5 * y[2] - rubs) / 0.3, (24.0 - 2.0 * y[2] - 0.5 * y[1]) / 0.4]
+
+    after = solve_ivp(rates, (start, 1.0), [0.0, 0.0, rubs / 0.5], "DOP853", rtol=1e-12, atol=1e-14)
+    assert run.phi == pytest.approx(after.y[0, -1], rel=1e-7)
+    weak = scene | {"drive": {"motor": motor | {"voltage": 1.0}}}
+    waiting = flywheel.transient(flywheel.load(weak), start="rest", end="5 s")
+    assert f"at rest: friction in its joints holds M* = 0.25 N m, and would hold up to {rubs:.6g} N m" in waiting.ended
+
+
 @pytest.mark.slow
 def test_stick_and_slip_under_a_force_that_swings() -> None:
     """8 sin 2t N on 2 kg with mu = 0.3: it sticks twice a period, each slip from where |8 sin 2t| > mu m g."""
