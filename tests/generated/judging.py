@@ -462,9 +462,14 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     scale = max(sum(map(abs, works.values())), 1e-6 * machine.kinetic(cycle.end)) / cycle.period
     lost = sum(stream["mean"] for stream in flow["streams"] if stream["kind"] in ("mesh", "slip"))
     ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
+    first = cycle.course.pieces[0]
+    y = first.states(first.start).tolist()
+    faster = [y[0], y[1] * (1 + 1e-6), *y[2:]]  # what the speed's own error changes, at once, of a steep torque
+    slower, now = (float(machine.torques(first.start, row, machine.bodies(y[0]), first.mode)[-1]) for row in (y, faster))
+    steep = 1e6 * abs(now - slower) * ratio * y[1]
     rows = [
         ("mean power", told["mean_power"], works["drive"] / cycle.period, scale),
-        ("peak power", abs(told["peak_power"]), peak, max(scale, peak)),
+        ("peak power", abs(told["peak_power"]), peak, max(scale, peak, steep)),
         ("rms torque", told["rms_torque"], rms, max(rms, scale / ratio / cycle.bottom)),
         ("loss in meshes", lost, works["meshes"] / cycle.period, scale),
     ]
