@@ -279,10 +279,17 @@ def present(value: Any) -> Any:
 
 
 def presents(values: Any) -> NDArray[np.float64]:
-    """The present values of a number or of an array of them, as floats of the same shape."""
+    """The present values of a number or of an array of them, as floats of the same shape.
+
+    Raises TypeError for a recorded number that stands for any value: it chooses nothing.
+    """
     table = np.asarray(values)
-    plain = [present(each) for each in table.flat] if table.dtype == object else table
-    return np.asarray(plain, dtype=float).reshape(table.shape)
+    if table.dtype != object:
+        return np.asarray(table, dtype=float)
+    plain = [present(each) for each in table.flat]
+    if None in plain:
+        raise TypeError("a recorded number without a present value")
+    return np.array(plain, dtype=float).reshape(table.shape)
 
 
 def mapped(record: Any, change: Callable[[Any], Any]) -> Any:

@@ -44,7 +44,7 @@ def differences(result, expected, scales):
     shape = np.broadcast_shapes(*(np.shape(value) for value in expected))
     rows = zip(result, expected, scales, strict=True)
     sizes = [(np.abs(a - np.asarray(b) + np.zeros(shape)).max(), np.abs(scale).max()) for a, b, scale in rows]
-    return max(size / scale if size else 0.0 for size, scale in sizes)
+    return np.max([size / scale if size else 0.0 for size, scale in sizes])  # nan where one is
 
 
 def reduced(machine, anchor):
@@ -67,6 +67,22 @@ def motion_differences(machine, anchor, phi):
     return differences(programs_of(machine).motion(anchor).function()(phi, omega, time, 2.0), expected, scales)
 
 
+def cycle_differences(machine, anchor, phi):
+    """Of all that is reduced over a cycle, by the program for any of its pieces, if there is one."""
+    over_cycle, expected = programs_of(machine).over_cycle, machine.reduction(phi, anchor)
+    scales = expected._replace(moment=expected.exchanged, slope=expected.steepness)
+    return 0.0 if over_cycle is None else differences(over_cycle(phi, np.full(phi.shape, anchor)), expected, scales)
+
+
+LAWS = [path for path in SCENES if 'type = "law"' in path.read_text()]
+
+
+@pytest.mark.parametrize("path", LAWS, ids=lambda path: path.stem)
+def test_a_law_is_over_its_cycle_what_it_is_in_its_pieces(path):
+    machine = machine_of(path)
+    assert all(cycle_differences(machine, anchor, phi) <= 1e-13 for anchor, phi in pieces(machine))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_gives_what_the_walk_gives(path):
@@ -79,6 +95,7 @@ def test_every_scene_gives_what_the_walk_gives(path):
     for anchor, phi in chosen:
         for speed in (None, machine.typical_speed):
             assert motion_differences(machine, Anchor(anchor, speed, 0.0 if speed else None), phi) <= limit
+        assert cycle_differences(machine, anchor, phi) <= limit
     assert not programs_of(machine).why
 
 
