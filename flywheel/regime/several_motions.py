@@ -165,7 +165,7 @@ def _reversals(moments: Any, deciding: Sequence[Deciding], exchanged: Array) -> 
     """
     mesh, count = moments.mesh, exchanged.size
     edges, cycle = moments.own_edges, float(mesh.edges[0, -1])
-    every: list[tuple[Index, Array, Array]] = []
+    every: list[tuple[Index, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]  # if nothing decides
     fleeting = np.zeros(count, bool)
     for values, spread in deciding:
         noise = 1e-13 * np.abs(values).max(axis=(-2, -1))

@@ -114,6 +114,18 @@ def test_each_limit_alone_is_met_by_its_flywheel_and_the_largest_of_them_keeps_a
     assert sizing.energy.copper_heat_share == pytest.approx(sizing.limits["motor_heat"].reached, rel=1e-9)
 
 
+def test_a_drag_against_the_motion_is_that_by_the_square_of_the_speed_for_limits_too():
+    """It bends at standstill alone: no cell along any motion ends there."""
+    motor = {"type": "induction", "power": POWER, "speed": 150.0, "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.6}
+    scene = punch({"irregularity": 0.1, "motor_torque": 1.6}) | {"drive": {"on": "motor", "motor": motor}}
+    exact = [
+        flywheel.size(flywheel.load({**scene, "load": [*scene["load"], drag]}), simulate=False).flywheel.exact
+        for drag in ({"on": "crank", "torque": "-0.01*omega**2"}, {"on": "crank", "torque": "-0.01*omega*abs(omega)"})
+    ]
+    assert exact[0] > 0.0
+    assert exact[1] == pytest.approx(exact[0], rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_loose_accuracy_keeps_its_word():
     scene, tight = punch({"motor_torque": 1.6}), sized({"motor_torque": 1.6}).flywheel.exact
