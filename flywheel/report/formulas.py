@@ -109,7 +109,7 @@ def factor(unit: str) -> float:
     """
     if not unit:
         return 1.0
-    unit_factor = parse_unit(unit, None)
+    unit_factor = parse_unit(unit, "frequency" if unit == "Hz" else None)  # of which an expression could not tell turns
     return unit_factor.numerator / unit_factor.denominator
 
 

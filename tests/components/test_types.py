@@ -17,7 +17,7 @@ from flywheel.components.load_models import MODELS, is_loss, model_of
 from flywheel.components.motors import Motor
 from flywheel.page.edits import Draft
 from flywheel.reading.loads import LOAD_MODELS
-from flywheel.reading.motors import MOTORS
+from flywheel.reading.motors import MOTORS, TABLES
 from tests.limits import sample
 from tests.scenes import DRIVEN, LOADED
 
@@ -96,6 +96,24 @@ def test_a_type_of_motor_has_what_every_place_needs(kind: str, tmp_path: Path) -
     assert motor.title in english
     assert words in spanish
     assert all(fact.words.split(".")[0] in english for fact in facts)
+
+
+WITHIN = [
+    (kind, key.name)
+    for kind, section in MOTORS.items()
+    if kind not in ("dc", "engine")
+    for key in section.keys
+    if key.name in TABLES
+]  # of the two others, first values belong to another kind of motor, or stand instead of a torque
+
+
+@pytest.mark.usefixtures("blank")
+@pytest.mark.parametrize(("kind", "table"), sample(WITHIN, 3))
+def test_a_table_within_a_motor_s_own_has_what_every_place_needs(kind: str, table: str, tmp_path: Path) -> None:
+    values = ", ".join(f"{key} = {json.dumps(value)}" for key, value in TABLES[table].begin.items())
+    text = motor_text(kind).replace("motor = {", f"motor = {{{table} = {{{values}}}, ")
+    assert getattr(flywheel.load(text).motor, table) is not None
+    every_place(text, tmp_path)
 
 
 @pytest.mark.usefixtures("blank")
