@@ -288,7 +288,8 @@ class Dynamics:
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """Values whose signs decide branches and that depend on speed or time, in the order of the loads."""
         phi, events = self._inside(phi)[0], list[Any]()
-        for stage, efforts in zip(self.machine.stages, self.machine.switching, strict=True):
+        machine = self._by_direction(anchor, omega)[0][0]  # a stretch with laws that differ backwards has one direction
+        for stage, efforts in zip(machine.stages, machine.switching, strict=True):
             places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time) if efforts else ()
             for element, here, there in places:
                 if element.name in efforts and not self._of_circuit(element.name):

@@ -180,7 +180,7 @@ class Machine:
         if not any(effort.reverses for effort in self.efforts):
             return self
         machine = copy(self)
-        for name in ("reduction", "rigid", "stages"):  # what walks the graph
+        for name in ("reduction", "rigid", "stages", "switching"):  # what walks the graph, and its laws
             machine.__dict__.pop(name, None)
         machine.__dict__["backwards"] = self
         machine.efforts = tuple(effort.backwards() for effort in self.efforts)

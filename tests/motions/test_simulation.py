@@ -418,3 +418,30 @@ def test_no_motion_goes_by_a_recording_that_is_not_the_machine(monkeypatch):
         flywheel.simulate(machine, 0.0, 5.0, 0.1)
     with pytest.raises(SceneError, match="a recording that is not the machine"):
         flywheel.transient(machine, start=5.0, end=0.1, inertia=0.0)
+
+
+@pytest.mark.parametrize(
+    ("force", "true"),
+    [
+        ("-50*max(0, v/0.2 - 0.5)", lambda v: -50 * max(0.0, v / 0.2 - 0.5)),
+        ("-250*v if v > 0.1 else 0", lambda v: -250 * v if v > 0.1 else 0.0),
+    ],
+)
+@pytest.mark.parametrize("phi", [0.5, 2.0, 4.0])
+def test_a_force_that_acts_one_way_and_switches_at_a_speed_does_so_where_the_crank_turns_backwards(force, true, phi):
+    """v = -r omega sin phi is above 0 in the half turn in which it is below 0 where the crank turns forwards."""
+    load = {"on": "yoke", "force": force, "while": "v > 0"}
+    yoke = {"type": "scotch-yoke", "crank": {"length": 0.1, "inertia": 0.5}, "yoke": {"mass": 5}}
+    motion = flywheel.simulate(
+        flywheel.load({"mechanism": yoke, "load": [load], "flywheel": {"inertia": 0}}), phi, -6.0, 1.0, rtol=1e-9
+    )
+
+    def rates(_t, state):
+        ratio, slope = -0.1 * sin(state[0]), -0.1 * cos(state[0])
+        effort = ratio * true(ratio * state[1]) - 5 * ratio * slope * state[1] ** 2
+        return [state[1], effort / (0.5 + 5 * ratio**2)]
+
+    own = solve_ivp(rates, (0.0, 1.0), [phi, -6.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=0.005)
+    assert motion.phi[-1] == pytest.approx(own.y[0, -1], abs=1e-6)
+    assert motion.omega[-1] == pytest.approx(own.y[1, -1], abs=1e-5)
+    assert motion.energy_residual < 1e-8
