@@ -165,6 +165,8 @@ def motion_from(
 ) -> Motion:
     """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
 
+    Its error is no less than what its energy misses: the works of all laws are integrated along it once more.
+
     `passing` is called at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
     `watching` receives the stretches of every run.
     """
@@ -203,7 +205,7 @@ def motion_from(
     residual = float(missing.max() / max(float(kinetic.max()), 1e-300))
     phi, omega, work, *rows = states
     own = {} if dynamics.circuit is None else dict(zip((one.name for one in dynamics.circuit.names), rows, strict=True))
-    motion = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, own, fine, fine.drift)
+    motion = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, max(error, residual), own, fine, fine.drift)
     return motion._replace(rough=rough, share=SAFETY * share)
 
 

@@ -15,6 +15,7 @@ import flywheel
 from flywheel import SceneError
 from flywheel.machine.machine import Anchor
 from flywheel.machine.programs import Programs, programs_of
+from flywheel.motions import simulation
 from tests import scenes
 from tests.limits import sample
 
@@ -445,3 +446,13 @@ def test_a_force_that_acts_one_way_and_switches_at_a_speed_does_so_where_the_cra
     assert motion.phi[-1] == pytest.approx(own.y[0, -1], abs=1e-6)
     assert motion.omega[-1] == pytest.approx(own.y[1, -1], abs=1e-5)
     assert motion.energy_residual < 1e-8
+
+
+def test_an_energy_that_does_not_close_is_part_of_the_error(monkeypatch):
+    scene = flywheel.load(scenes.press())
+    motion = flywheel.simulate(scene, 0.0, 10.0, 0.5, balance=0.0)
+    assert motion.energy_residual < 0.1 * motion.error
+    works_of = simulation.works_of
+    monkeypatch.setattr(simulation, "works_of", lambda trail: (*works_of(trail)[:2], 1.01 * works_of(trail)[2]))
+    off = flywheel.simulate(scene, 0.0, 10.0, 0.5, balance=0.0)
+    assert off.error == off.energy_residual > 1e-4
