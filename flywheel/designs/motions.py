@@ -327,7 +327,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     if inertia is not None or np.isfinite(givens.irregularity).all():
         own = solved(left, guess[left], None if inertia is None else inertia[left])
     if limits := structure.limits_of(columns) if of_motor(moments.machine.scene) else {}:
-        ends = [values.rows["energy_fluctuation"], greatest, speed]
+        ends = [values.rows["energy_fluctuation"], least, greatest, speed]
         own = _limited(partial(solved, starts=(first_guess,)), left, limits, ends, own, rtol)
     if inertia is None and own.success.any():
         own.values["exact"] = own.values["exact"] / ratio[left] ** 2
@@ -420,7 +420,7 @@ def _limited(
         solved: the motions of designs with flywheels (kg m² on the crank).
         which: the designs.
         demands: their limits, by name.
-        ends: the fluctuation of energy (J), the machine's own inertia (kg m²) and the constant speed (rad/s) of all designs.
+        ends: the fluctuation of energy (J), the machine's least and greatest inertia (kg m²), the constant speed (rad/s).
         sized: the motions with flywheels for an irregularity among the limits.
         rtol: required relative error of an inertia.
 
@@ -455,8 +455,8 @@ def _limited(
 
     for row, k in enumerate(which.tolist()):
         own = {name: float(values[k]) for name, values in demands.items()}
-        fluctuation, least, speed = (float(end[k]) for end in ends)
-        searches.append(limits.Search(own, *limits.extent(fluctuation, least, speed, own.get(IRREGULARITY, 2.0)), rtol))
+        extent = limits.extent(*(float(end[k]) for end in ends), own.get(IRREGULARITY, 2.0))
+        searches.append(limits.Search(own, *extent, rtol))
         if sized.success[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
             searches[row].points[inertia] = _point(sized, row, inertia, demands)
     steps, grids = [limits.first_kept(search, 1.0) for search in searches], [search.inertias for search in searches]

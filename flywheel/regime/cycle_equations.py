@@ -102,8 +102,9 @@ class Sensitivity(NamedTuple):
 class Periodic(NamedTuple):
     """A periodic motion on a mesh, with the reference speed w (rad/s), and data of its solution.
 
-    `multiplier` is that of the cycle, `damping` 1 minus it, `steps` the Newton steps taken; `sensitivity` is that of a
-    flywheel that was sized.
+    `multiplier` is that of the cycle, `damping` 1 minus it, `steps` the Newton steps taken; `left` is the next step, as a
+    share of the fluctuation of speed, of an iteration that ended one step early, so that the multiplier is that before its
+    last; else 0. `sensitivity` is that of a flywheel that was sized.
     """
 
     moments: Moments
@@ -115,6 +116,7 @@ class Periodic(NamedTuple):
     multiplier: float
     damping: float
     steps: int
+    left: float = 0.0
     sensitivity: Sensitivity | None = None
     closing: Array | None = None  # what each of several states may miss of its closing
     reach: Array | None = None  # how far that carries, (states, states)
@@ -158,7 +160,14 @@ class UnresolvedError(NoRegimeError):
 # -- Newton's method on given cells --------------------------------------------------------------------------------------
 
 
-def periodic(moments: Moments, reference: float, demand: Demand, start: State, apart: Array | None = None) -> Periodic:
+def periodic(
+    moments: Moments,
+    reference: float,
+    demand: Demand,
+    start: State,
+    apart: Array | None = None,
+    within: float = 0.0,
+) -> Periodic:
     """The periodic motion nearest to a start, with its unknowns, by Newton's method.
 
     Args:
@@ -167,6 +176,7 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
         demand: the inertia, or the irregularity; with a balance the mean of extremes.
         start: a first guess.
         apart: part subtracted from the rates of the states, (cells, states, nodes), in a continuation (`unevenness`).
+        within: share of the fluctuation of speed that the next step may have for the iteration to end early.
 
     Raises:
         NoRegimeError: if the iteration does not converge: the machine would stop within the cycle, or no motion closes.
@@ -183,11 +193,13 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State, a
         settled = size <= _LAST_STEP or (
             stays and final and size <= max(_UNCONVERGED_STEP, equations.rounding_step(state, change))
         )
+        left = 0.0 if settled or last >= 1.0 else min(size / last, 1.0) * size  # at most: steps shorten faster and faster
+        settled |= 0.0 < left < within
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
             high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))
             final = bool(abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING)
         if settled and final:
-            motion = equations.result(state, change, step)
+            motion = equations.result(state, change, step)._replace(left=left)
             state = motion.state._replace(inertia=float(motion.state.inertia), unknown=float(motion.state.unknown))
             return motion._replace(state=state, multiplier=float(motion.multiplier), damping=float(motion.damping))
         if settled or (
@@ -311,13 +323,17 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
     return Periodic(moments, reference, state, extremes, here.rate, here.omega, multiplier, damping, 0)
 
 
-def swing(moments: Moments, reference: float, inertia: float, unknown: float) -> float:
-    """The frequency with which a motor's states and the speed swing about the even motion, in radians per crank radian."""
+def exponents(moments: Moments, reference: float, inertia: float, unknown: float) -> NDArray[np.complex128]:
+    """The exponents, per radian of the crank, of small changes of speed and a motor's states about the even motion.
+
+    Their imaginary parts are frequencies of swings. A harmonic load excites a pair -d ± j w most at a frequency of its own,
+    a resonance, if w > d: damping ratio below 1/sqrt(2).
+    """
     own = [float(value) for value in moments.steady_states(reference)]
     state = even_guess(moments, reference, inertia, unknown, own)
     equations = _Equations(moments, reference, Demand(inertia, None, None))
     jacobian = equations.slopes(state, equations.speeds(state))[0]
-    return float(np.abs(np.linalg.eigvals(jacobian.mean(axis=(0, 3))).imag).max())
+    return np.asarray(np.linalg.eigvals(jacobian.mean(axis=(0, 3))), dtype=complex)
 
 
 def about(solved: Periodic, reference: float) -> State:
@@ -758,7 +774,8 @@ class _Equations:
         extremes = self.extremes(state, here, settled=True)
         answer = self.sensitivity(state, here, change) if self.sized else None
         multiplier, damping = cells.multiplier(change)
-        motion = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps, answer)
+        motion = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps)
+        motion = motion._replace(sensitivity=answer)
         if not self.moments.swings:
             return motion
         sizes = np.abs(here.rates).max(axis=-1) * half  # of what adds up in each cell

@@ -33,11 +33,11 @@ from flywheel.regime.cycle_equations import (
     carried,
     even_guess,
     even_motion,
+    exponents,
     first_guess,
     periodic,
     sampled,
     speeds,
-    swing,
     unevenness,
     with_inertia,
 )
@@ -56,6 +56,7 @@ MOST_WORK = 450_000
 
 _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although the switches have not settled
+_FEW_MOVES = 3  # of the switches, after which those that come and go are compared by their work with the error allowed
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far is taken
 _SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
@@ -68,6 +69,7 @@ _MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
 _PASSING_ERROR = 1e-4  # error of intermediate motions
+_CLOSE = 1e-9  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
@@ -91,6 +93,7 @@ class OwnMotion(NamedTuple):
     inertia_bound: float = 0.0  # kg m² that a sized flywheel may be off
     cuts_error: float = 0.0  # rad by which meshes may reverse elsewhere than cells are cut
     vanishing: bool = False  # its flywheel stands for none: it is the limit of ever lighter ones
+    base: Array | None = None  # edges of its cells (rad) but for those at which it switches laws itself
 
     @property
     def speed(self) -> float:
@@ -174,7 +177,26 @@ def is_damped(machine: Machine, reference: float, inertia: float, unknown: float
     return _Search(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
 
 
-def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float) -> OwnMotion:
+def resonates(machine: Machine, reference: float, inertias: Sequence[float], unknown: float) -> bool:
+    """Tests whether with any of some flywheels a motor's states and the speed swing so that a load may resonate.
+
+    Args:
+        machine: the machine.
+        reference: speed (rad/s) near that of its motions.
+        inertias: of the flywheels, kg m² on the crank.
+        unknown: a value of the scene's unknown.
+
+    """
+    moments = moments_on(machine, machine.mesh)
+    if not min(inertias) + float(moments.inertia.min()) > 0.0:
+        return True
+    swings = np.array([exponents(moments, reference, inertia, unknown) for inertia in inertias])
+    return bool((np.abs(swings.imag) > np.abs(swings.real)).any())
+
+
+def own_motion_near(
+    machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float, *, passing: bool = False
+) -> OwnMotion:
     """The steady motion with a given flywheel (kg m² on the crank), from one with a similar flywheel.
 
     Args:
@@ -183,12 +205,13 @@ def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: f
         inertia: of the flywheel.
         speed: mean of extremes (rad/s) that a balance holds; None if the machine sets its own.
         rtol: relative error allowed in the irregularity.
+        passing: true if others are found from it.
 
     Raises:
         NoRegimeError: if there is no such motion, or it is too far away.
 
     """
-    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
+    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol, passing)
     if inertia == 0.0 and search.weightless():
         return search.vanishing(other.solved.state.unknown, other)
     even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
@@ -261,12 +284,16 @@ def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
 
 
 class _Search(NamedTuple):
-    """A machine, a speed near that of its motion, its requirements, and the error allowed."""
+    """A machine, a speed near that of its motion, its requirements, and the error allowed.
+
+    `passing` is true of a motion from which others are found, which is solved no more closely than that takes.
+    """
 
     machine: Machine
     reference: float
     demand: Demand
     rtol: float
+    passing: bool = False
 
     def with_flywheel(self, inertia: float) -> _Search:
         """The search for the motion with a given flywheel."""
@@ -412,29 +439,34 @@ class _Search(NamedTuple):
         """
         moments = self.moments(base, cuts)
         try:
-            return self.refinement(periodic(moments, self.reference, self.demand, start(moments)), base, cuts)
+            return self.refinement(self.periodic(moments, self.reference, start(moments), passing=moments.lossy), base, cuts)
         except NoRegimeError:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
         base = self.machine.mesh
         moments = self.moments(base, cuts, local=True)
-        rough = periodic(moments, self.reference, self.demand, start(moments))
+        rough = self.periodic(moments, self.reference, start(moments), passing=True)
         cuts, _ = _switching(rough)
         moments = self.moments(base, cuts)
-        return self.refinement(periodic(moments, rough.reference, self.demand, carried(rough, moments)), base, cuts)
+        return self.refinement(self.periodic(moments, rough.reference, carried(rough, moments), passing=True), base, cuts)
+
+    def periodic(self, moments: Moments, reference: float, start: State, *, passing: bool) -> Periodic:
+        """The motion on given cells; a passing one only as closely as needed for the next."""
+        return periodic(moments, reference, self.demand, start, within=_CLOSE if passing or self.passing else 0.0)
+
+    def roughly(self) -> _Search:
+        """The search for a motion from which others are found."""
+        return self._replace(rtol=_PASSING_ERROR, passing=True)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion from that with another flywheel."""
-        # what resolved an uneven motion is needed again; the switches of an even one have moved on
-        (cuts, _), base = _switching(other.solved), self.machine.mesh
-        if other.run.irregularity > _UNEVEN:
-            edges = other.solved.moments.mesh.edges
-            base = edges[(np.abs(edges[:, None] - cuts) > 1e-9 * base[-1]).all(axis=1)]
+        (cuts, _), base = _switching(other.solved), self.machine.mesh if other.base is None else other.base
         base, cuts = self.layers(base, cuts, other.speed, other.inertia, other.solved.state.unknown)
         start = carried(other.solved, moments := self.moments(base, cuts))
         if self.demand.inertia is not None:
             start = with_inertia(start, moments, other.solved.reference, self.demand.inertia)
-        return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
+        passing = cuts.size > 0 and other.inertia != self.demand.inertia
+        return self.refinement(self.periodic(moments, self.reference, start, passing=passing), base, cuts)
 
     def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges that concentrate at the end of each cell where the speed settles steeply.
@@ -463,7 +495,8 @@ class _Search(NamedTuple):
         moments = self.moments(base, np.zeros(0))
         if moments.circuit is None or not inertia + float(moments.inertia.min()) > 0.0:
             return base
-        width = max(_PER_CELL / max(swing(moments, self.reference, inertia, unknown), 1e-300), base[-1] / _MOST_SWINGING)
+        swing = float(np.abs(exponents(moments, self.reference, inertia, unknown).imag).max())
+        width = max(_PER_CELL / max(swing, 1e-300), base[-1] / _MOST_SWINGING)
         pieces = [np.linspace(a, b, int(np.ceil((b - a) / width)), endpoint=False) for a, b in pairwise(base.tolist())]
         return np.array([*np.concatenate(pieces), base[-1]])
 
@@ -474,31 +507,39 @@ class _Search(NamedTuple):
         the cells, so that they are halved then too. If the iteration fails, all are halved.
         """
         best: OwnMotion | None = None
-        least, allowed = np.inf, 0.5 * self.rtol
+        least, allowed, furthest = np.inf, 0.5 * self.rtol, np.inf
         stalls = moves = failures = rough = 0
         for _ in range(_ROUNDS):
             angles, slack = _switching(solved)
             moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
-            settled = bool((moved <= _SWITCH_MOVE * base[-1]).all())
-            before, cuts, moves = cuts, angles, 0 if settled else moves % _MOST_MOVES + 1
-            if settled or moves == _MOST_MOVES:
-                motion, finer = _described(solved, self.demand), None
-                if not settled and angles.size == moved.size and (moved <= np.maximum(slack, _SWITCH_MOVE * base[-1])).all():
-                    settled, motion = True, motion._replace(cuts_error=2 * float(moved.max()))
-                if not settled:
-                    wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
-                    if wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0])):
-                        settled, motion = True, _with_work_error(motion, wrong)
-                sized = motion.inertia_error if self.demand.inertia is None else 0.0
-                error = max(motion.run.error, sized, work_error(motion.cycle))
-                edges = motion.cycle.mesh.edges
+            close = _SWITCH_MOVE * float(base[-1])
+            settled, stagnates = bool((moved <= close).all()), not float(moved.max(initial=0.0)) <= 0.5 * furthest
+            settled &= self.passing or not solved.left
+            near = angles.size == moved.size and bool((moved <= np.maximum(slack, close)).all())
+            near &= stagnates or self.passing
+            moves = 0 if settled else moves % _MOST_MOVES + 1
+            last = moves == _MOST_MOVES or (moves >= _FEW_MOVES and (stagnates or angles.size != cuts.size))
+            before, cuts, furthest = cuts, angles, float(moved.max(initial=0.0))
+            motion = _described(solved, self.demand) if settled or near or last else None
+            if motion is not None and near and not settled:
+                motion = motion._replace(cuts_error=2 * float(moved.max()))
+                settled = moves == _MOST_MOVES or error_of_cuts(motion) <= max(allowed, close)
+            elif motion is not None and not settled:
+                wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
+                counted = _with_work_error(motion, wrong)
+                fleeting = moves == _MOST_MOVES and wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0]))
+                settled = fleeting or self.error(counted) <= allowed  # else finer cells, which may mend that
+                motion = counted if settled else motion
+            error = np.inf if motion is None else self.error(motion)
+            if motion is not None and (settled or moves == _MOST_MOVES or error > allowed):
+                moves, finer, edges = 0, None, motion.cycle.mesh.edges
                 if settled:
                     gained = best is None or error <= 0.9 * least
                     rough += error > _COARSE_ERROR  # cells may first have to become as narrow as what they follow
                     narrowing = error > _COARSE_ERROR and rough < _MOST_ROUGH and edges.size < _MANY
                     stalls = 0 if gained or narrowing else stalls + 1
                     if best is None or error < least:
-                        best, least = motion, error
+                        best, least = motion._replace(base=base), error
                     rounding = motion.hardly_sized and motion.run.error <= allowed  # which finer cells do not mend
                     if error <= allowed or stalls > 1 or rounding:
                         break
@@ -510,7 +551,8 @@ class _Search(NamedTuple):
                 base = base if finer is None else _without(finer, edges, base)
             try:
                 moments = self.moments(base, cuts)
-                solved = periodic(moments, solved.reference, self.demand, carried(solved, moments))
+                start = carried(solved, moments)
+                solved = self.periodic(moments, solved.reference, start, passing=not settled and furthest > _CLOSE)
             except BudgetError:
                 if best is None or least > _COARSE_ERROR:
                     raise
@@ -525,6 +567,11 @@ class _Search(NamedTuple):
         if best is None:
             raise NoRegimeError("the angles at which its laws switch do not settle")
         return best
+
+    def error(self, motion: OwnMotion) -> float:
+        """The largest of the relative errors of a motion that cells must bring within rtol."""
+        sized = motion.inertia_error if self.demand.inertia is None else 0.0
+        return max(motion.run.error, sized, work_error(motion.cycle))
 
     def work_of_cuts(self, solved: Periodic, base: Array, cuts: Array) -> float:
         """Bound of the error of work (J) of a motion whose laws switch at other angles than those of its cells.
@@ -554,9 +601,7 @@ class _Search(NamedTuple):
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
-                last = (
-                    self.with_flywheel(heavier * heavy)._replace(rtol=_PASSING_ERROR).from_nothing(heavier * heavy, unknown)
-                )
+                last = self.with_flywheel(heavier * heavy).roughly().from_nothing(heavier * heavy, unknown)
                 break
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
@@ -571,7 +616,7 @@ class _Search(NamedTuple):
                 try:
                     while 2.0 - eps < _NEARER * (2.0 - near.run.irregularity):
                         nearer = Demand(None, 2.0 - _NEARER * (2.0 - near.run.irregularity), self.demand.speed)
-                        near = self._replace(demand=nearer, rtol=_PASSING_ERROR).from_another(near)
+                        near = self._replace(demand=nearer).roughly().from_another(near)
                     return self.from_another(near)
                 except NoRegimeError:
                     if last.run.irregularity >= eps:
@@ -582,7 +627,7 @@ class _Search(NamedTuple):
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:
                 try:
-                    lighter = self.with_flywheel(last.inertia - step)._replace(rtol=_PASSING_ERROR).from_another(last)
+                    lighter = self.with_flywheel(last.inertia - step).roughly().from_another(last)
                     break
                 except NoRegimeError:
                     step *= 0.5
@@ -709,7 +754,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         spread, _ = spread_of_closing(solved.rate, moments.mesh, balanced=True)
         apart = kept / (1.0 - np.minimum(spread * fading, 0.5))
     off = (apart + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / square / solved.lightest
-    off += eps * (errors.inertia / solved.lightest + 4 * ROUNDING)
+    off += eps * (errors.inertia / solved.lightest + 4 * ROUNDING + 2 * solved.left)
     relative = off / np.where(eps > 0.0, eps, np.inf)
     varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:

@@ -310,9 +310,11 @@ def _search(
     """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and its steady motions."""
     branches = _Branches(scene, running, alone, whole)
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
-    lightest, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
+    own, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
     swings = any(circuit_of(_scene(phase)) is not None for phase in running)
-    return limits.Search(whole, lightest, heaviest, next(iter(alone.values())).rtol, swings=swings), branches.at
+    dense = limits.PER_DECADE_RESONANT if swings else limits.PER_DECADE
+    rtol = next(iter(alone.values())).rtol
+    return limits.Search(whole, own, heaviest, rtol, swings=swings, per_decade=dense), branches.at
 
 
 def _rated(sizing: Sizing) -> dict[str, float]:

@@ -4,7 +4,8 @@ Each limit's figure is taken along the steady periodic motion with a flywheel, t
 its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
 not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
 motion. Therefore no figure is assumed to fall. All are computed on a grid of inertias, from one that gives an irregularity
-of about 0.001 down to none, a few per decade; at each peak and trough of a figure its extreme is searched for; beyond the
+of about 0.001 down to none, a few per decade of what the machine turns with the least of its own, more where a motor's
+states resonate with the rotor; at each peak and trough of a figure its extreme is searched for; beyond the
 grid the figure tends to that at infinite inertia like 1/J. Between inertias on either side of a limit the crossing is found
 by inverse interpolation, at the required error.
 
@@ -33,7 +34,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
 from flywheel.regime.branch import Branch, Existence
 from flywheel.regime.cycle_equations import NoRegimeError
-from flywheel.regime.periodic_motion import OwnMotion
+from flywheel.regime.periodic_motion import OwnMotion, resonates
 from flywheel.regime.several_motions import lighter_motions
 from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
@@ -41,12 +42,13 @@ from flywheel.sizing.motor import IRREGULARITY, MotorShaft, MotorShafts, Share, 
 from flywheel.sizing.results import Limit, Regime, Sizing
 
 _COARSE = 1e-4  # error of trial motions
-_PER_DECADE, _PER_DECADE_SWINGING = 4, 12
+PER_DECADE, PER_DECADE_RESONANT = 4, 12
+"""Flywheels of a grid in a decade of their inertia with the machine's own; where a motor's states resonate."""
 _LARGEST = 1e-3  # irregularity with the heaviest flywheel of the grid, about
-_LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
+_LIGHT = 1e-2  # of the machine's greatest inertia: one beside which a lighter one at some angles is none
 _HEAVY = 1e3  # times the heaviest of the grid: practically infinite, apart from terms in 1/J
 _SECOND = 1e-2  # of those terms: share of faster ones at such inertias
-_LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where such a machine stalls
+_LEAST = 1e-5  # of the heaviest: an inertia far below that with which such a machine stalls
 _OF_EXTREME = 1e-3  # of an inertia: resolution of the search for an extreme of a figure
 _BESIDE = 1e-3  # of an inertia: distance of the points for a slope
 _IN_TURN = 3  # flywheels without a motion, after which lighter ones are looked at from none up
@@ -141,6 +143,7 @@ class FlywheelPoint(NamedTuple):
     existence: Existence
     motions: tuple[Any, ...] = ()
     shares: Mapping[str, Share] = {}
+    error: float | None = None
 
     def beyond(self, name: str, limit: float) -> float:
         """Excess of a figure over its limit: not above 0 if the limit is kept, or if that is within the error."""
@@ -178,18 +181,26 @@ class Search:
 
     Args:
         limits: the figures' limits, by their names.
-        lightest: an inertia (kg m²) below which little changes.
-        heaviest: one with which the speed is nearly constant.
+        own: the machine's own inertia (kg m²) where it has least.
+        heaviest: a flywheel (kg m²) with which the speed is nearly constant.
         rtol: required relative error of an inertia.
-        swings: True if a motor's own states may swing, so that figures vary sharply near resonances.
+        swings: True if a motor has states of its own, so that a lighter flywheel may keep turning where a heavier one stops.
+        per_decade: flywheels of the grid in a decade.
 
     """
 
     def __init__(
-        self, limits: Mapping[str, float], lightest: float, heaviest: float, rtol: float, *, swings: bool = False
+        self,
+        limits: Mapping[str, float],
+        own: float,
+        heaviest: float,
+        rtol: float,
+        *,
+        swings: bool = False,
+        per_decade: int = PER_DECADE,
     ) -> None:
         self.limits, self.rtol = limits, rtol
-        self.lightest, self.heaviest, self.swings = lightest, heaviest, swings
+        self.own, self.heaviest, self.swings, self.per_decade = own, heaviest, swings, per_decade
         self.points: dict[float, FlywheelPoint] = {}  # at the required error
         self.extremes: list[FlywheelPoint] = []
         self.grid: list[FlywheelPoint] = []
@@ -203,10 +214,10 @@ class Search:
         return self.points[inertia]
 
     def _scaled(self, inertia: float) -> float:
-        return float(np.log(inertia + self.lightest))
+        return float(np.log(inertia + self.own))
 
     def _inertia(self, scaled: float) -> float:
-        return max(float(np.exp(scaled)) - self.lightest, 0.0)
+        return max(float(np.exp(scaled)) - self.own, 0.0)
 
     def _add(self, point: FlywheelPoint) -> None:
         self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
@@ -214,9 +225,9 @@ class Search:
     @property
     def inertias(self) -> list[float]:
         """Inertias (kg m²) of the grid, from the heaviest down to none."""
-        decades = float(np.log10(self.heaviest / self.lightest))
-        count = round((_PER_DECADE_SWINGING if self.swings else _PER_DECADE) * decades)
-        return [*np.geomspace(self.heaviest, self.lightest, count + 1).tolist(), 0.0]
+        decades = float(np.log10((self.heaviest + self.own) / self.own))
+        totals = np.geomspace(self.heaviest + self.own, self.own, int(np.ceil(self.per_decade * decades)) + 1)
+        return [*(totals[:-1] - self.own).tolist(), 0.0]
 
     def scan(self) -> Steps[None]:
         """Finds the figures on the grid, from the heaviest flywheel down to none, unless they are known.
@@ -233,7 +244,7 @@ class Search:
             if not points[0].motions:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
             if points[-1].existence is Existence.NONE and not self.swings:
-                break
+                inertias = []
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
             light.append((yield inertias.pop(), _COARSE))
@@ -372,6 +383,8 @@ class Search:
         """The relative error of an inertia at which a figure is at its limit; infinite where no motion is known there."""
         if not here.motions:
             return np.inf
+        if name == IRREGULARITY and here.error is not None:
+            return here.error
         missed = here.shares[name].error + abs(here.shares[name].value - limit)
         return float(missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol)
 
@@ -483,26 +496,29 @@ def _vertex(points: Sequence[tuple[float, float]]) -> float:
     return b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else np.nan
 
 
-def extent(fluctuation: float, own: float, speed: float, irregularity: float = 2.0) -> tuple[float, float]:
-    """Inertias (kg m² on the crank): a negligible one, and one with which the speed is nearly constant.
+def extent(
+    fluctuation: float, least: float, greatest: float, speed: float, irregularity: float = 2.0
+) -> tuple[float, float]:
+    """The machine's own inertia for a search, and the flywheel with which the speed is nearly constant (kg m² on the crank).
 
     Args:
         fluctuation: of energy at a constant speed, J.
-        own: the machine's own inertia, kg m².
+        least: of the machine's own inertia over the cycle, kg m².
+        greatest: of it.
         speed: rad/s.
         irregularity: the required one.
 
     """
-    heaviest = max(fluctuation / (min(_LARGEST, 0.5 * irregularity) * speed**2), 10.0 * own) or 1.0
-    return max(_LIGHT * own, _LEAST * heaviest), heaviest
+    heaviest = max(fluctuation / (min(_LARGEST, 0.5 * irregularity) * speed**2), 10.0 * greatest) or 1.0
+    return max(least, _LIGHT * greatest, _LEAST * heaviest), heaviest
 
 
 def extent_of(sizing: Sizing) -> tuple[float, float]:
     """The same for a sized machine, at its flywheel's own shaft."""
-    own = 0.0 if sizing.reduced_inertia is None else sizing.reduced_inertia.max
-    lightest, heaviest = extent(sizing.energy_fluctuation, own, sizing.constant_speed or sizing.speed)
+    least, greatest = (0.0, 0.0) if sizing.reduced_inertia is None else sizing.reduced_inertia[:2]
+    own, heaviest = extent(sizing.energy_fluctuation, least, greatest, sizing.constant_speed or sizing.speed)
     square = sizing.scene.flywheel_ratio**2
-    return lightest / square, heaviest / square
+    return own / square, heaviest / square
 
 
 def branch_of(sizing: Sizing) -> Branch:
@@ -558,8 +574,11 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
     """
     scene, requirements = machine.scene, requirements_of(machine.scene)
     branch = Branch(machine, figures.speed, unknown, figures.speed if scene.unknown is not None else None)
-    ends = extent(figures.fluctuation, figures.reduced_inertia.max, figures.speed, requirements.get(IRREGULARITY, 2.0))
+    least, greatest, _ = figures.reduced_inertia
+    ends = extent(figures.fluctuation, least, greatest, figures.speed, requirements.get(IRREGULARITY, 2.0))
     search = Search(requirements, *ends, rtol, swings=circuit_of(scene) is not None)
+    if search.swings and resonates(machine, figures.speed, search.inertias, unknown):
+        search.per_decade = PER_DECADE_RESONANT
     at, together, left = partial(_at, machine, branch), dict[float, FlywheelPoint](), search.inertias
 
     def of_grid(inertia: float, error: float) -> FlywheelPoint:
@@ -578,7 +597,9 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
             sized = branch.sized(requirements[IRREGULARITY], after.inertia, rtol)
             if sized is not None and before.inertia < sized.inertia < after.inertia:
                 own = shares_along(machine, sized, rtol)
-                search.points[sized.inertia] = FlywheelPoint(sized.inertia, Existence.MOTION, (sized,), own)
+                search.points[sized.inertia] = FlywheelPoint(
+                    sized.inertia, Existence.MOTION, (sized,), own, sized.inertia_error
+                )
     return answered(_smallest(scene, search), at)
 
 
@@ -635,10 +656,8 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     if not point.motions:
         raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
     motion = point.motions[0]
-    if motion.solved.sensitivity is not None:  # solved for with the irregularity
-        error = motion.inertia_error
     figures = dict(point.shares)
-    if inertia > 0.0:  # what the error of the inertia makes of each
+    if inertia > 0.0 and scene.limits:  # what the error of the inertia makes of each
         beside = (yield from search.closely(inertia * (1.0 + _BESIDE))).shares
         moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in figures.items() if beside}
         figures = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in figures.items()}

@@ -471,6 +471,39 @@ def test_a_motor_s_current_that_swings_faster_than_the_load_is_resolved():
     assert result.simulation.irregularity == pytest.approx(own, rel=1e-5)
 
 
+def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
+    """L di/dt = U - R i - k w, J dw/dt = k i - T: damping ratio R/2 sqrt(J/L)/k, and a peak of w below 1/sqrt(2)."""
+    motor = {"type": "dc", "voltage": 220, "constant": 1.3, "resistance": 2.0, "inductance": 0.025, "inertia": 0.01}
+    machine = Machine(flywheel.load({"load": [{"on": "crank", "torque": -8}], "drive": {"motor": motor}}))
+    speed = (220 - 2.0 * 8 / 1.3) / 1.3
+    decisive = 2.0 * 0.025 * (1.3 / 2.0) ** 2 - 0.01
+    for inertia, resonant in ((0.0, True), (0.99 * decisive, True), (1.01 * decisive, False), (1.0, False)):
+        assert periodic_motion.resonates(machine, speed, [inertia], 0.0) is resonant
+    assert periodic_motion.resonates(machine, speed, [1.0, 0.0], 0.0)
+
+
+@pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
+def test_a_passing_motion_has_the_figures_of_one_solved_to_the_end_within_its_error(name):
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=1)))
+    speed, unknown = constant_speed.operating_point(machine)
+    demand = Demand(1.0, None, None)
+    heavy = periodic_motion.own_motion(machine, speed, Demand(2.0, None, None), 0.0, unknown, 1e-9)
+    whole = periodic_motion.own_motion(machine, speed, demand, 0.0, unknown, 1e-11)
+    passing = periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-4, passing=True)
+    assert abs(passing.run.irregularity / whole.run.irregularity - 1.0) <= passing.run.error <= 1e-4
+    assert passing.solved.multiplier == pytest.approx(whole.solved.multiplier, rel=1e-3)
+    assert heavy.solved.left == whole.solved.left == 0.0
+
+
+def test_a_motion_in_which_no_mesh_reverses_is_solved_to_the_end():
+    line = {"type": "line", "starting_torque": 40, "slope": 1.0, "inertia": 0.001}
+    scene = {"shafts": {"motor": {"ratio": 3, "efficiency": 0.9}}, "drive": {"on": "motor", "motor": line}}
+    machine = Machine(flywheel.load({**scene, "load": [{"on": "crank", "torque": "-50 - 5*sin(phi)"}]}))
+    motion = periodic_motion.own_motion(machine, 8.0, Demand(1.0, None, None), 0.0, 0.0, 1e-9)
+    assert np.isin(motion.solved.moments.mesh.edges, machine.mesh).all()
+    assert motion.solved.left == 0.0
+
+
 @pytest.mark.parametrize("asked", [{"inertia": 0}, {"inertia": 0.5}, {"irregularity": 0.01}])
 def test_the_steady_point_of_a_two_axis_motor_under_an_even_load_is_algebra(asked):
     """Speed and multiplier by Krause's equations in currents: the linear system at the point, over one turn."""

@@ -270,6 +270,15 @@ def test_a_sweep_finds_the_flywheels_that_keep_limits(limits, alone):
         assert found.speed[k] == pytest.approx(sizing.speed, rel=found.error.speed[k] + 1e-12)
 
 
+def test_the_flywheels_of_a_search_turn_with_the_machine_s_own_inertia_in_even_steps():
+    search = Search({"irregularity": 0.1}, 0.75, 52.0, 1e-9, per_decade=12)
+    totals = 0.75 + np.array(search.inertias)
+    assert (search.inertias[0], search.inertias[-1]) == (pytest.approx(52.0), 0.0)
+    steps = totals[:-1] / totals[1:]
+    assert steps == pytest.approx(np.full(steps.shape, steps[0]))
+    assert 1.15 < steps[0] <= 10 ** (1 / 12)
+
+
 # The smallest flywheel, and the heavier ones that break what it keeps, against scans of inertias by textbook equations.
 
 
