@@ -610,7 +610,8 @@ def _eliminated(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
     *lead, states, _, nodes = jacobian.shape
     parameters = by_parameter.shape[-2]
     reach = half[..., None, None] * _UP_TO_NODES
-    matrix = -np.einsum("...ij,...abj->...aibj", reach, jacobian).reshape(*lead, states * nodes, states * nodes)
+    matrix = -reach[..., None, :, None, :] * jacobian[..., :, None, :, :]
+    matrix = matrix.reshape(*lead, states * nodes, states * nodes)
     matrix[..., np.arange(states * nodes), np.arange(states * nodes)] += 1.0
     right = np.zeros((*lead, states, nodes, states + parameters + 1))
     for k in range(states):
@@ -647,10 +648,10 @@ def _chained(solved: Array, gained: Array) -> Changes:
     """Cell after cell: each starts with the end of the one before."""
     *lead, count, states, columns = gained.shape
     edges = np.zeros((count + 1, *lead, states, columns))
-    for k, gain in enumerate(np.moveaxis(gained, -3, 0) if lead else gained):
-        own = gain[..., :states]
-        edges[k + 1] = edges[k] + (own * edges[k] if states == 1 else own @ edges[k])
-        edges[k + 1] += gain
+    times = np.multiply if states == 1 else np.matmul if lead else np.dot  # the quickest of small matrices
+    gains, edge = np.moveaxis(gained, -3, 0), edges[0]
+    for k, (own, gain) in enumerate(zip(gains[..., :states], gains, strict=True), 1):
+        edges[k] = edge = edge + times(own, edge) + gain
     edge = np.moveaxis(edges, 0, -3) if lead else edges
     left = edge[..., :-1, :, :].copy()
     left[..., :states] += np.eye(states)

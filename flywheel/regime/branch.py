@@ -17,7 +17,7 @@ Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Spring
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum, auto
 from functools import partial
@@ -32,7 +32,7 @@ from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import periodic_motion, turning_moment
-from flywheel.regime.cycle_equations import Demand, NoRegimeError
+from flywheel.regime.cycle_equations import Demand, NoRegimeError, exponents
 from flywheel.regime.free_motion import follow, neighbours, straight
 from flywheel.regime.periodic_motion import OwnMotion
 
@@ -148,7 +148,8 @@ class Branch:
         search = partial(periodic_motion.own_motion, machine, self.speed, demand, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
             trial = rtol >= COARSE
-            search = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol, passing=trial)
+            near_it = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
+            search = partial(near_it, beyond=self.beside(near, inertia), passing=trial)
         finding = self._stable(inertia, search)
         if finding.motion is None and self.mean is None and self.machine.scene.unknown is None:
             followed = self._followed(inertia, near)
@@ -164,16 +165,16 @@ class Branch:
             self.motions[inertia] = finding.motion
         return finding
 
-    def sized(self, irregularity: float, inertia: float, rtol: float) -> OwnMotion | None:
-        """The motion with an irregularity, at a relative error of rtol in its flywheel, from the one nearest to an inertia.
+    def sized(self, irregularity: float, lighter: float, inertia: float, rtol: float) -> OwnMotion | None:
+        """The motion with an irregularity, at a relative error of rtol in its flywheel; None without one.
 
-        None without one.
+        It is searched for from the one nearest to an inertia, along the secant to that with a lighter flywheel.
         """
         if (near := self.nearest(inertia)) is None:
             return None
         demand = Demand(None, irregularity, self.mean)
         search = partial(periodic_motion.own_motion, self.machine, near.speed, demand, inertia, self.unknown, rtol)
-        return self._stable(inertia, partial(search, near=near)).motion
+        return self._stable(inertia, partial(search, near=near, beyond=self.beside(near, lighter))).motion
 
     def _searched(self, inertia: float, rtol: float) -> Finding:
         """A motion by every method, as coarsely as the effort requires."""
@@ -298,19 +299,45 @@ class Branch:
         below = np.flatnonzero(works[0] < 0.0)
         return (float(speeds[below[0]]), float(works[1, below[0]])) if below.size else (None, 0.0)
 
-    def nearest(self, inertia: float) -> OwnMotion | None:
-        """The known motion whose flywheel is nearest to an inertia, by the logarithm of the total with the machine's own."""
-        if not self.motions:
-            return None
+    def distance(self, inertia: float, other: float) -> float:
+        """The distance of two flywheels (kg m²): the logarithm of their ratio, both with the machine's own inertia."""
         own = float(next(iter(self.motions.values())).solved.moments.inertia.max())
         own = max(own, 1e-9 * max(self.motions), 1e-300)
-        best = min({**self.motions, **self.others}, key=lambda other: abs(math.log((other + own) / (inertia + own))))
+        return abs(math.log((other + own) / (inertia + own)))
+
+    def nearest(self, inertia: float) -> OwnMotion | None:
+        """The known motion whose flywheel is nearest to an inertia."""
+        if not self.motions:
+            return None
+        best = min({**self.motions, **self.others}, key=partial(self.distance, inertia))
         if best not in self.motions:
             finding = self._stable(best, self.others.pop(best))
             if finding.motion is None:
                 return self.nearest(inertia)
             self.motions[best] = finding.motion
         return self.motions[best]
+
+    def beside(self, near: OwnMotion, inertia: float) -> OwnMotion | None:
+        """The known motion next to the nearest one to an inertia."""
+        others = [each for each, motion in self.motions.items() if motion is not near and not motion.vanishing]
+        return self.motions[min(others, key=partial(self.distance, inertia))] if others else None
+
+
+def resonates(machine: Machine, reference: float, inertias: Sequence[float], unknown: float) -> bool:
+    """Tests whether with any of some flywheels a motor's states and the speed swing so that a load may resonate.
+
+    Args:
+        machine: the machine.
+        reference: speed (rad/s) near that of its motions.
+        inertias: of the flywheels, kg m² on the crank.
+        unknown: a value of the scene's unknown.
+
+    """
+    moments = moments_on(machine, machine.mesh)
+    if not min(inertias) + float(moments.inertia.min()) > 0.0:
+        return True
+    swings = np.array([exponents(moments, reference, inertia, unknown) for inertia in inertias])
+    return bool((np.abs(swings.imag) > np.abs(swings.real)).any())
 
 
 # -- what becomes of a machine without a steady motion --------------------------------------------------------------------

@@ -25,6 +25,7 @@ from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Change
 from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
+_MOST_LONG = 12  # Newton steps with a given flywheel, in turn as long as the fluctuation and no shorter: none converges then
 _MOST_BATCH_STEPS = 16  # of many motions at once: what needs more is left to be sized alone
 _BATCH_HALVINGS, _MOST_DAMPED = 8, 4  # of many at once: of a Newton step; steps in turn that are halved
 _NEAR_STEP = 1e-3  # of the fluctuation: a step of a motion whose mean of extremes is known well enough to refer to it
@@ -184,7 +185,7 @@ def periodic(
     """
     spend(_PER_SEARCH)
     equations = _Equations(moments, reference, demand, apart)
-    state, last, final = start, np.inf, demand.speed is not None
+    state, last, final, long = start, np.inf, demand.speed is not None, 0
     for step in range(1, _MOST_STEPS + 1):
         here = equations.speeds(state)
         change = equations.linearisation(state, here)
@@ -207,8 +208,10 @@ def periodic(
         ):  # energies relative to a speed far from the motion's own have no digits to spare
             equations, state = equations.about_own_mean(state)
             final = True
-        last = size
-    raise NoRegimeError(f"Newton's method has not converged in {_MOST_STEPS} steps")
+        last, long = size, long + 1 if size >= max(0.3 * last, 1.0) else 0
+        if long >= _MOST_LONG and not equations.sized:
+            break
+    raise NoRegimeError(f"Newton's method has not converged in {step} steps")
 
 
 def periodic_motions(moments: Any, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:

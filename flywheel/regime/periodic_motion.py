@@ -10,6 +10,7 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -61,7 +62,6 @@ _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion 
 _SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
 _MOST_ROUGH, _MANY = 16, 1000  # rounds for such a motion; cells above which it has none
-_UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
 _UNLIKE = 8.0  # greatest ratio of a slope to a difference
@@ -69,7 +69,8 @@ _MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
 _PASSING_ERROR = 1e-4  # error of intermediate motions
-_CLOSE = 1e-9  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
+_FAR = 2.0  # of the distance of two motions: from them to one that is sought along their secant
+_CLOSE = 1e-7  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
@@ -127,6 +128,7 @@ def own_motion(
     *,
     directly: bool = False,
     near: OwnMotion | None = None,
+    beyond: OwnMotion | None = None,
 ) -> OwnMotion:
     """The steady motion with a given flywheel, or with the one for an irregularity, at an error within rtol.
 
@@ -139,6 +141,7 @@ def own_motion(
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
         directly: true to try only methods without intermediate motions.
         near: a motion from which alone it is searched for.
+        beyond: another motion, with which that one gives a secant to begin with.
 
     Raises:
         NoRegimeError: if there is no such motion, or none that can be resolved.
@@ -153,7 +156,8 @@ def own_motion(
     if demand.inertia == 0.0 and search.weightless():
         return search.vanishing(unknown)
     inertia = guess if demand.inertia is None else demand.inertia
-    motion = _checked(search.motion(inertia, unknown, directly=directly) if near is None else search.from_another(near))
+    motion = search.motion(inertia, unknown, directly=directly) if near is None else search.from_another(near, beyond)
+    motion = _checked(motion)
     if demand.inertia is not None or motion.inertia <= 0.0:
         return motion
     solved, inertia = motion.solved, motion.inertia
@@ -177,25 +181,15 @@ def is_damped(machine: Machine, reference: float, inertia: float, unknown: float
     return _Search(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
 
 
-def resonates(machine: Machine, reference: float, inertias: Sequence[float], unknown: float) -> bool:
-    """Tests whether with any of some flywheels a motor's states and the speed swing so that a load may resonate.
-
-    Args:
-        machine: the machine.
-        reference: speed (rad/s) near that of its motions.
-        inertias: of the flywheels, kg m² on the crank.
-        unknown: a value of the scene's unknown.
-
-    """
-    moments = moments_on(machine, machine.mesh)
-    if not min(inertias) + float(moments.inertia.min()) > 0.0:
-        return True
-    swings = np.array([exponents(moments, reference, inertia, unknown) for inertia in inertias])
-    return bool((np.abs(swings.imag) > np.abs(swings.real)).any())
-
-
 def own_motion_near(
-    machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float, *, passing: bool = False
+    machine: Machine,
+    other: OwnMotion,
+    inertia: float,
+    speed: float | None,
+    rtol: float,
+    *,
+    beyond: OwnMotion | None = None,
+    passing: bool = False,
 ) -> OwnMotion:
     """The steady motion with a given flywheel (kg m² on the crank), from one with a similar flywheel.
 
@@ -205,6 +199,7 @@ def own_motion_near(
         inertia: of the flywheel.
         speed: mean of extremes (rad/s) that a balance holds; None if the machine sets its own.
         rtol: relative error allowed in the irregularity.
+        beyond: another motion, with which that one gives a secant to begin with.
         passing: true if others are found from it.
 
     Raises:
@@ -215,7 +210,7 @@ def own_motion_near(
     if inertia == 0.0 and search.weightless():
         return search.vanishing(other.solved.state.unknown, other)
     even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
-    return even or _checked(search.from_another(other))
+    return even or _checked(search.from_another(other, beyond))
 
 
 def own_motion_again(machine: Machine, solved: Periodic, demand: Demand, rtol: float) -> OwnMotion:
@@ -458,15 +453,49 @@ class _Search(NamedTuple):
         """The search for a motion from which others are found."""
         return self._replace(rtol=_PASSING_ERROR, passing=True)
 
-    def from_another(self, other: OwnMotion) -> OwnMotion:
-        """The motion from that with another flywheel."""
-        (cuts, _), base = _switching(other.solved), self.machine.mesh if other.base is None else other.base
-        base, cuts = self.layers(base, cuts, other.speed, other.inertia, other.solved.state.unknown)
-        start = carried(other.solved, moments := self.moments(base, cuts))
+    def from_another(self, other: OwnMotion, beyond: OwnMotion | None = None) -> OwnMotion:
+        """The motion from that with another flywheel, first along the secant to a third."""
+        share = None if beyond is None else self.share(other, beyond)
+        if beyond is not None and share is not None:
+            with suppress(NoRegimeError):
+                return self.along_secant(other, beyond, share)
+        return self.along_secant(other, other, 0.0)
+
+    def share(self, other: OwnMotion, beyond: OwnMotion) -> float | None:
+        """The place of the motion from one (0) to another (1), by the inertia or the irregularity; None if far off."""
+        wanted, *ends = self.demand.irregularity, other.run.irregularity, beyond.run.irregularity
         if self.demand.inertia is not None:
-            start = with_inertia(start, moments, other.solved.reference, self.demand.inertia)
+            own = float(other.solved.moments.inertia.max())
+            wanted, *ends = (each + own for each in (self.demand.inertia, other.inertia, beyond.inertia))
+        if min(wanted, *ends) <= 0.0 or ends[0] == ends[1]:
+            return None
+        share = float(np.log(wanted / ends[0]) / np.log(ends[1] / ends[0]))
+        return share if abs(share) <= _FAR else None
+
+    def along_secant(self, other: OwnMotion, beyond: OwnMotion, share: float) -> OwnMotion:
+        """The motion from a share of the way from one with another flywheel to a third."""
+        (cuts, _), base = _switching(other.solved), self.machine.mesh if other.base is None else other.base
+        if share:
+            ahead, _ = _switching(beyond.solved)
+            if ahead.size == cuts.size:
+                moved = cuts + share * (ahead - cuts)
+                cuts = moved if (base.searchsorted(moved) == base.searchsorted(cuts)).all() else cuts
+        base, cuts = self.layers(base, cuts, other.speed, other.inertia, other.solved.state.unknown)
+        start, reference = carried(other.solved, moments := self.moments(base, cuts)), other.solved.reference
+        if share:
+            state = about(beyond.solved, reference)
+            own, further = float(moments.inertia.max()), carried(beyond.solved._replace(state=state), moments)
+            inertia = (start.inertia + own) * ((further.inertia + own) / (start.inertia + own)) ** share - own
+            start = State(
+                start.nodes + share * (further.nodes - start.nodes),
+                start.edges + share * (further.edges - start.edges),
+                max(inertia, 0.0) if self.demand.inertia is None else self.demand.inertia,
+                start.unknown + share * (further.unknown - start.unknown),
+            )
+        elif self.demand.inertia is not None:
+            start = with_inertia(start, moments, reference, self.demand.inertia)
         passing = cuts.size > 0 and other.inertia != self.demand.inertia
-        return self.refinement(self.periodic(moments, self.reference, start, passing=passing), base, cuts)
+        return self.refinement(self.periodic(moments, reference, start, passing=passing), base, cuts)
 
     def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges that concentrate at the end of each cell where the speed settles steeply.
@@ -588,6 +617,15 @@ class _Search(NamedTuple):
         taken = cells.value(cells.fit(solved.rate.moment)[cell], t).reshape(omega.shape)
         return float(cells.integral(np.abs(true - taken), moments.mesh.half).sum())
 
+    def on_the_way(self, inertia: float, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
+        """The motion with a flywheel on the way to lighter ones, from another or from nothing; kept for the next way."""
+        kept, key = self.machine.kept.setdefault("on the way", {}), (self.reference, self.demand.speed, inertia)
+        if key not in kept:
+            search = self.with_flywheel(inertia).roughly()
+            kept[key] = search.from_nothing(inertia, unknown) if other is None else search.from_another(other)
+        motion: OwnMotion = kept[key]
+        return motion
+
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion by a series of flywheels from one heavy enough for a nearly constant speed to the required one.
 
@@ -601,13 +639,13 @@ class _Search(NamedTuple):
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
-                last = self.with_flywheel(heavier * heavy).roughly().from_nothing(heavier * heavy, unknown)
+                last = self.on_the_way(heavier * heavy, unknown)
                 break
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
                     raise
         stops = NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
-        before = last.inertia
+        before, heavier_one = last.inertia, None
         for _ in range(_MOST_LIGHTER):
             if eps is None and last.inertia <= target:
                 return self.from_another(last)
@@ -617,7 +655,7 @@ class _Search(NamedTuple):
                     while 2.0 - eps < _NEARER * (2.0 - near.run.irregularity):
                         nearer = Demand(None, 2.0 - _NEARER * (2.0 - near.run.irregularity), self.demand.speed)
                         near = self._replace(demand=nearer).roughly().from_another(near)
-                    return self.from_another(near)
+                    return self.from_another(near, heavier_one)
                 except NoRegimeError:
                     if last.run.irregularity >= eps:
                         raise
@@ -627,13 +665,13 @@ class _Search(NamedTuple):
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:
                 try:
-                    lighter = self.with_flywheel(last.inertia - step).roughly().from_another(last)
+                    lighter = self.on_the_way(last.inertia - step, unknown, last)
                     break
                 except NoRegimeError:
                     step *= 0.5
                 if step < _LITTLE * scale:
                     raise stops
-            before, last = last.inertia - lighter.inertia, lighter
+            before, heavier_one, last = last.inertia - lighter.inertia, last, lighter
         raise stops
 
 

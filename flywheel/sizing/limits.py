@@ -32,9 +32,9 @@ from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
-from flywheel.regime.branch import Branch, Existence
+from flywheel.regime.branch import Branch, Existence, resonates
 from flywheel.regime.cycle_equations import NoRegimeError
-from flywheel.regime.periodic_motion import OwnMotion, resonates
+from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.several_motions import lighter_motions
 from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
@@ -272,7 +272,8 @@ class Search:
         yield from self._narrow(name, limit)
         points = yield from self._with_extremes(name, limit)
         states = [point.state(name, limit) for point in points]
-        first = points[0].shares[name].error / limit if points[0].motions else 0.0
+        lightest = (yield from self.closely(points[0].inertia)) if states[0] is LimitState.KEPT else points[0]
+        first = lightest.shares[name].error / limit if lightest.motions else 0.0
         spans = [Span(states[0], 0.0, np.inf, first)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
@@ -583,18 +584,17 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
 
     def of_grid(inertia: float, error: float) -> FlywheelPoint:
         nonlocal left
-        if inertia not in together and inertia in left and branch.motions:
-            left = left[left.index(inertia) :]
-            lighter = dict(_lighter(machine, branch, left))
+        if inertia in left and branch.motions:
+            lighter = dict(_lighter(machine, branch, left[left.index(inertia) :]))
             together.update(lighter)
-            left = left if lighter else []  # else the others will not be found together, either
+            left = [each for each in left if each < min(lighter, default=0.0)][1:]  # the next is found alone, if at all
         return together[inertia] if inertia in together else at(inertia, error)
 
     answered(search.scan(), of_grid)
     for before, after in pairwise(search.grid) if IRREGULARITY in requirements else ():
         states = [point.state(IRREGULARITY, requirements[IRREGULARITY]) for point in (before, after)]
         if set(states) == {LimitState.KEPT, LimitState.BROKEN}:
-            sized = branch.sized(requirements[IRREGULARITY], after.inertia, rtol)
+            sized = branch.sized(requirements[IRREGULARITY], before.inertia, after.inertia, rtol)
             if sized is not None and before.inertia < sized.inertia < after.inertia:
                 own = shares_along(machine, sized, rtol)
                 search.points[sized.inertia] = FlywheelPoint(

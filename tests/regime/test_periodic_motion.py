@@ -19,7 +19,7 @@ from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
-from flywheel.regime.branch import Branch, Existence
+from flywheel.regime.branch import Branch, Existence, resonates
 from flywheel.regime.cycle_equations import Demand, NoRegimeError, carried, first_guess, periodic
 from flywheel.regime.several_motions import lighter_motions
 from flywheel.sizing.confirmation import SlidingError, one_cycle
@@ -478,8 +478,8 @@ def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
     speed = (220 - 2.0 * 8 / 1.3) / 1.3
     decisive = 2.0 * 0.025 * (1.3 / 2.0) ** 2 - 0.01
     for inertia, resonant in ((0.0, True), (0.99 * decisive, True), (1.01 * decisive, False), (1.0, False)):
-        assert periodic_motion.resonates(machine, speed, [inertia], 0.0) is resonant
-    assert periodic_motion.resonates(machine, speed, [1.0, 0.0], 0.0)
+        assert resonates(machine, speed, [inertia], 0.0) is resonant
+    assert resonates(machine, speed, [1.0, 0.0], 0.0)
 
 
 @pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
