@@ -430,20 +430,19 @@ class _Search(NamedTuple):
     def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
         """The motion from a first guess.
 
-        If that fails and laws switch, branches are first decided at every node, and cells cut where they then switch.
+        Where meshes lose or laws switch, branches are first decided at every node, and cells cut where they then switch; if
+        that fails, in the middle of every cell.
         """
+        own = self.moments(self.machine.mesh, np.zeros(0))
+        if own.lossy or own.switches(np.full(own.mesh.phi.shape, self.reference)):
+            with suppress(NoRegimeError):
+                rough = self.periodic(own.locally, self.reference, start(own.locally), passing=True)
+                found, _ = _switching(rough)
+                moments = self.moments(self.machine.mesh, found)
+                again = self.periodic(moments, rough.reference, carried(rough, moments), passing=True)
+                return self.refinement(again, self.machine.mesh, found)
         moments = self.moments(base, cuts)
-        try:
-            return self.refinement(self.periodic(moments, self.reference, start(moments), passing=moments.lossy), base, cuts)
-        except NoRegimeError:
-            if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
-                raise
-        base = self.machine.mesh
-        moments = self.moments(base, cuts, local=True)
-        rough = self.periodic(moments, self.reference, start(moments), passing=True)
-        cuts, _ = _switching(rough)
-        moments = self.moments(base, cuts)
-        return self.refinement(self.periodic(moments, rough.reference, carried(rough, moments), passing=True), base, cuts)
+        return self.refinement(self.periodic(moments, self.reference, start(moments), passing=moments.lossy), base, cuts)
 
     def periodic(self, moments: Moments, reference: float, start: State, *, passing: bool) -> Periodic:
         """The motion on given cells; a passing one only as closely as needed for the next."""
