@@ -455,10 +455,12 @@ def _limited(
 
     for row, k in enumerate(which.tolist()):
         own = {name: float(values[k]) for name, values in demands.items()}
-        extent = limits.extent(*(float(end[k]) for end in ends), own.get(IRREGULARITY, 2.0))
+        fluctuation, least, greatest, speed = (float(end[k]) for end in ends)
+        extent = limits.extent(fluctuation, least, greatest, speed, own.get(IRREGULARITY, 2.0))
         searches.append(limits.Search(own, *extent, rtol))
         if sized.success[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
-            searches[row].points[inertia] = _point(sized, row, inertia, demands)
+            error = float(sized.errors["exact"][row])
+            searches[row].points[inertia] = _point(sized, row, inertia, demands)._replace(error=error)
     steps, grids = [limits.first_kept(search, 1.0) for search in searches], [search.inertias for search in searches]
     questions = [(row, further(row)) for row in range(which.size)]
     while some := [(row, inertia) for row, inertia in questions if inertia is not None]:

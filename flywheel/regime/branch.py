@@ -336,7 +336,7 @@ def resonates(machine: Machine, reference: float, inertias: Sequence[float], unk
     moments = moments_on(machine, machine.mesh)
     if not min(inertias) + float(moments.inertia.min()) > 0.0:
         return True
-    swings = np.array([exponents(moments, reference, inertia, unknown) for inertia in inertias])
+    swings = exponents(moments, reference, inertias, unknown)
     return bool((np.abs(swings.imag) > np.abs(swings.real)).any())
 
 

@@ -326,17 +326,30 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
     return Periodic(moments, reference, state, extremes, here.rate, here.omega, multiplier, damping, 0)
 
 
-def exponents(moments: Moments, reference: float, inertia: float, unknown: float) -> NDArray[np.complex128]:
+def exponents(moments: Moments, reference: float, inertias: Sequence[float], unknown: float) -> NDArray[np.complex128]:
     """The exponents, per radian of the crank, of small changes of speed and a motor's states about the even motion.
 
     Their imaginary parts are frequencies of swings. A harmonic load excites a pair -d ± j w most at a frequency of its own,
     a resonance, if w > d: damping ratio below 1/sqrt(2).
+
+    Args:
+        moments: the machine.
+        reference: speed of the even motion, rad/s.
+        inertias: of flywheels, kg m² on the crank; meshes lose as with the first.
+        unknown: value of the scene's unknown.
+
+    Returns:
+        Those with each flywheel, (flywheels, states).
+
     """
     own = [float(value) for value in moments.steady_states(reference)]
-    state = even_guess(moments, reference, inertia, unknown, own)
-    equations = _Equations(moments, reference, Demand(inertia, None, None))
-    jacobian = equations.slopes(state, equations.speeds(state))[0]
-    return np.asarray(np.linalg.eigvals(jacobian.mean(axis=(0, 3))), dtype=complex)
+    state = even_guess(moments, reference, inertias[0], unknown, own)
+    equations = _Equations(moments, reference, Demand(inertias[0], None, None))
+    here = equations.speeds(state)
+    jacobian = np.repeat(equations.slopes(state, here)[0][None], len(inertias), axis=0)
+    lighter = here.total / (here.total + (np.array(inertias) - inertias[0])[:, None, None])  # as an energy changes the speed
+    jacobian[..., 0, :] *= lighter[..., None, :]
+    return np.asarray(np.linalg.eigvals(jacobian.mean(axis=(1, 4))), dtype=complex)
 
 
 def about(solved: Periodic, reference: float) -> State:
@@ -427,6 +440,8 @@ def with_inertia(state: State, moments: Moments, reference: Any, inertia: Any) -
 def carried(solved: Periodic, moments: Moments) -> State:
     """The states of a motion on another mesh."""
     old, new = solved.moments.mesh, moments.mesh
+    if new is old:
+        return solved.state
     series = cells.fit(solved.state.nodes)
     lead = new.edges.shape[:-1]
     motions = np.arange(lead[0])[:, None] if lead else None

@@ -523,7 +523,7 @@ class _Search(NamedTuple):
         moments = self.moments(base, np.zeros(0))
         if moments.circuit is None or not inertia + float(moments.inertia.min()) > 0.0:
             return base
-        swing = float(np.abs(exponents(moments, self.reference, inertia, unknown).imag).max())
+        swing = float(np.abs(exponents(moments, self.reference, [inertia], unknown).imag).max())
         width = max(_PER_CELL / max(swing, 1e-300), base[-1] / _MOST_SWINGING)
         pieces = [np.linspace(a, b, int(np.ceil((b - a) / width)), endpoint=False) for a, b in pairwise(base.tolist())]
         return np.array([*np.concatenate(pieces), base[-1]])
@@ -599,7 +599,7 @@ class _Search(NamedTuple):
     def error(self, motion: OwnMotion) -> float:
         """The largest of the relative errors of a motion that cells must bring within rtol."""
         sized = motion.inertia_error if self.demand.inertia is None else 0.0
-        return max(motion.run.error, sized, work_error(motion.cycle))
+        return float(max(motion.run.error, sized, work_error(motion.cycle)))
 
     def work_of_cuts(self, solved: Periodic, base: Array, cuts: Array) -> float:
         """Bound of the error of work (J) of a motion whose laws switch at other angles than those of its cells.

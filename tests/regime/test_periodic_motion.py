@@ -480,6 +480,7 @@ def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
     for inertia, resonant in ((0.0, True), (0.99 * decisive, True), (1.01 * decisive, False), (1.0, False)):
         assert resonates(machine, speed, [inertia], 0.0) is resonant
     assert resonates(machine, speed, [1.0, 0.0], 0.0)
+    assert not resonates(machine, speed, [1.1 * decisive, 1.0], 0.0)
 
 
 @pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
