@@ -161,6 +161,7 @@ class Moments:
     """
 
     _directions: tuple[Array, ...] = ()  # K of every part for the last directions of power in the meshes: often the next
+    _passed: tuple[Array, Any, Any, tuple[Array, ...]] | None = None  # the last speeds, unknown, flywheel, moments in meshes
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
@@ -181,7 +182,7 @@ class Moments:
     def locally(self) -> Moments:
         """The same machine, with branches decided at every node."""
         moments = copy(self)
-        moments.local = True
+        moments.local, moments._passed = True, None
         return moments
 
     def rate(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> Rate:
@@ -193,7 +194,8 @@ class Moments:
         plain = _together(acting)
         if not self.lossy:
             return plain
-        acceleration, _, factors = self._acceleration(acting, omega, inertia)
+        acceleration, passed, factors = self._acceleration(acting, omega, inertia)
+        self._passed = omega, unknown, inertia, passed
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
         moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
@@ -320,8 +322,12 @@ class Moments:
 
     def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> list[Array]:
         """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
-        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
-        return self._of_lossy(self._acceleration(acting, omega, inertia)[1])
+        if not self.lossy:
+            return []
+        if self._passed is None or self._passed[0] is not omega or not alike(self._passed[1:3], (unknown, inertia)):
+            Moments.rate(self, omega, unknown, inertia, states)
+        assert self._passed is not None
+        return self._of_lossy(self._passed[3])
 
     def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]

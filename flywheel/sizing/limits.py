@@ -272,8 +272,9 @@ class Search:
         yield from self._narrow(name, limit)
         points = yield from self._with_extremes(name, limit)
         states = [point.state(name, limit) for point in points]
-        lightest = (yield from self.closely(points[0].inertia)) if states[0] is LimitState.KEPT else points[0]
-        first = lightest.shares[name].error / limit if lightest.motions else 0.0
+        first = points[0].shares[name].error / limit if points[0].motions else 0.0
+        if states[0] is LimitState.KEPT and first > self.rtol:  # the figure of a trial motion
+            first = (yield from self.closely(points[0].inertia)).shares[name].error / limit
         spans = [Span(states[0], 0.0, np.inf, first)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
