@@ -147,9 +147,8 @@ class Branch:
         machine, demand = self.machine, Demand(inertia, None, self.mean)
         search = partial(periodic_motion.own_motion, machine, self.speed, demand, 0.0, self.unknown, rtol, directly=True)
         if near is not None:
-            trial = rtol >= COARSE
             near_it = partial(periodic_motion.own_motion_near, machine, near, inertia, self.mean, rtol)
-            search = partial(near_it, beyond=self.beside(near, inertia), passing=trial)
+            search = partial(near_it, beyond=self.beside(near, inertia), intermediate=rtol >= COARSE)
         finding = self._stable(inertia, search)
         if finding.motion is None and self.mean is None and self.machine.scene.unknown is None:
             followed = self._followed(inertia, near)

@@ -68,8 +68,8 @@ _UNLIKE = 8.0  # greatest ratio of a slope to a difference
 _MOST_ERROR = 0.5  # relative error above which a motion is meaningless
 _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
-_PASSING_ERROR = 1e-4  # error of intermediate motions
-_FAR = 2.0  # of the distance of two motions: from them to one that is sought along their secant
+_INTERMEDIATE_ERROR = 1e-4  # error of intermediate motions
+_FARTHEST = 2.0  # of the distance of two motions: greatest distance of one that begins on their secant
 _CLOSE = 1e-7  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
@@ -189,7 +189,7 @@ def own_motion_near(
     rtol: float,
     *,
     beyond: OwnMotion | None = None,
-    passing: bool = False,
+    intermediate: bool = False,
 ) -> OwnMotion:
     """The steady motion with a given flywheel (kg m² on the crank), from one with a similar flywheel.
 
@@ -200,13 +200,13 @@ def own_motion_near(
         speed: mean of extremes (rad/s) that a balance holds; None if the machine sets its own.
         rtol: relative error allowed in the irregularity.
         beyond: another motion, with which that one gives a secant to begin with.
-        passing: true if others are found from it.
+        intermediate: true if others are found from it.
 
     Raises:
         NoRegimeError: if there is no such motion, or it is too far away.
 
     """
-    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol, passing)
+    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol, intermediate)
     if inertia == 0.0 and search.weightless():
         return search.vanishing(other.solved.state.unknown, other)
     even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
@@ -281,14 +281,14 @@ def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
 class _Search(NamedTuple):
     """A machine, a speed near that of its motion, its requirements, and the error allowed.
 
-    `passing` is true of a motion from which others are found, which is solved no more closely than that takes.
+    `intermediate` is true for a motion from which others are found; it is solved no more closely than that requires.
     """
 
     machine: Machine
     reference: float
     demand: Demand
     rtol: float
-    passing: bool = False
+    intermediate: bool = False
 
     def with_flywheel(self, inertia: float) -> _Search:
         """The search for the motion with a given flywheel."""
@@ -436,29 +436,30 @@ class _Search(NamedTuple):
         own = self.moments(self.machine.mesh, np.zeros(0))
         if own.lossy or own.switches(np.full(own.mesh.phi.shape, self.reference)):
             with suppress(NoRegimeError):
-                rough = self.periodic(own.locally, self.reference, start(own.locally), passing=True)
-                found, _ = _switching(rough)
-                moments = self.moments(self.machine.mesh, found)
-                again = self.periodic(moments, rough.reference, carried(rough, moments), passing=True)
-                return self.refinement(again, self.machine.mesh, found)
+                rough = self.periodic(own.locally, self.reference, start(own.locally), intermediate=True)
+                switches, _ = _switching(rough)
+                moments = self.moments(self.machine.mesh, switches)
+                again = self.periodic(moments, rough.reference, carried(rough, moments), intermediate=True)
+                return self.refinement(again, self.machine.mesh, switches)
         moments = self.moments(base, cuts)
-        return self.refinement(self.periodic(moments, self.reference, start(moments), passing=moments.lossy), base, cuts)
+        solved = self.periodic(moments, self.reference, start(moments), intermediate=moments.lossy)
+        return self.refinement(solved, base, cuts)
 
-    def periodic(self, moments: Moments, reference: float, start: State, *, passing: bool) -> Periodic:
-        """The motion on given cells; a passing one only as closely as needed for the next."""
-        return periodic(moments, reference, self.demand, start, within=_CLOSE if passing or self.passing else 0.0)
+    def periodic(self, moments: Moments, reference: float, start: State, *, intermediate: bool) -> Periodic:
+        """The motion on given cells; an intermediate one only as closely as the next requires."""
+        return periodic(moments, reference, self.demand, start, within=_CLOSE if intermediate or self.intermediate else 0.0)
 
-    def roughly(self) -> _Search:
-        """The search for a motion from which others are found."""
-        return self._replace(rtol=_PASSING_ERROR, passing=True)
+    def to_others(self) -> _Search:
+        """The search for an intermediate motion."""
+        return self._replace(rtol=_INTERMEDIATE_ERROR, intermediate=True)
 
     def from_another(self, other: OwnMotion, beyond: OwnMotion | None = None) -> OwnMotion:
         """The motion from that with another flywheel, first along the secant to a third."""
         share = None if beyond is None else self.share(other, beyond)
         if beyond is not None and share is not None:
             with suppress(NoRegimeError):
-                return self.along_secant(other, beyond, share)
-        return self.along_secant(other, other, 0.0)
+                return self.from_secant(other, beyond, share)
+        return self.from_secant(other, other, 0.0)
 
     def share(self, other: OwnMotion, beyond: OwnMotion) -> float | None:
         """The place of the motion from one (0) to another (1), by the inertia or the irregularity; None if far off."""
@@ -469,9 +470,9 @@ class _Search(NamedTuple):
         if min(wanted, *ends) <= 0.0 or ends[0] == ends[1]:
             return None
         share = float(np.log(wanted / ends[0]) / np.log(ends[1] / ends[0]))
-        return share if abs(share) <= _FAR else None
+        return share if abs(share) <= _FARTHEST else None
 
-    def along_secant(self, other: OwnMotion, beyond: OwnMotion, share: float) -> OwnMotion:
+    def from_secant(self, other: OwnMotion, beyond: OwnMotion, share: float) -> OwnMotion:
         """The motion from a share of the way from one with another flywheel to a third."""
         (cuts, _), base = _switching(other.solved), self.machine.mesh if other.base is None else other.base
         if share:
@@ -493,8 +494,8 @@ class _Search(NamedTuple):
             )
         elif self.demand.inertia is not None:
             start = with_inertia(start, moments, reference, self.demand.inertia)
-        passing = cuts.size > 0 and other.inertia != self.demand.inertia
-        return self.refinement(self.periodic(moments, reference, start, passing=passing), base, cuts)
+        intermediate = cuts.size > 0 and other.inertia != self.demand.inertia
+        return self.refinement(self.periodic(moments, reference, start, intermediate=intermediate), base, cuts)
 
     def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges that concentrate at the end of each cell where the speed settles steeply.
@@ -542,9 +543,9 @@ class _Search(NamedTuple):
             moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
             close = _SWITCH_MOVE * float(base[-1])
             settled, stagnates = bool((moved <= close).all()), not float(moved.max(initial=0.0)) <= 0.5 * furthest
-            settled &= self.passing or not solved.left
+            settled &= self.intermediate or not solved.left
             near = angles.size == moved.size and bool((moved <= np.maximum(slack, close)).all())
-            near &= stagnates or self.passing
+            near &= stagnates or self.intermediate
             moves = 0 if settled else moves % _MOST_MOVES + 1
             last = moves == _MOST_MOVES or (moves >= _FEW_MOVES and (stagnates or angles.size != cuts.size))
             before, cuts, furthest = cuts, angles, float(moved.max(initial=0.0))
@@ -580,7 +581,7 @@ class _Search(NamedTuple):
             try:
                 moments = self.moments(base, cuts)
                 start = carried(solved, moments)
-                solved = self.periodic(moments, solved.reference, start, passing=not settled and furthest > _CLOSE)
+                solved = self.periodic(moments, solved.reference, start, intermediate=not settled and furthest > _CLOSE)
             except BudgetError:
                 if best is None or least > _COARSE_ERROR:
                     raise
@@ -616,11 +617,11 @@ class _Search(NamedTuple):
         taken = cells.value(cells.fit(solved.rate.moment)[cell], t).reshape(omega.shape)
         return float(cells.integral(np.abs(true - taken), moments.mesh.half).sum())
 
-    def on_the_way(self, inertia: float, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
-        """The motion with a flywheel on the way to lighter ones, from another or from nothing; kept for the next way."""
-        kept, key = self.machine.kept.setdefault("on the way", {}), (self.reference, self.demand.speed, inertia)
+    def lighter_motion(self, inertia: float, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
+        """An intermediate motion with a flywheel heavier than the required one; kept for the next search."""
+        kept, key = self.machine.kept.setdefault("lighter motions", {}), (self.reference, self.demand.speed, inertia)
         if key not in kept:
-            search = self.with_flywheel(inertia).roughly()
+            search = self.with_flywheel(inertia).to_others()
             kept[key] = search.from_nothing(inertia, unknown) if other is None else search.from_another(other)
         motion: OwnMotion = kept[key]
         return motion
@@ -638,13 +639,13 @@ class _Search(NamedTuple):
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
-                last = self.on_the_way(heavier * heavy, unknown)
+                last = self.lighter_motion(heavier * heavy, unknown)
                 break
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
                     raise
         stops = NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
-        before, heavier_one = last.inertia, None
+        before, before_last = last.inertia, None
         for _ in range(_MOST_LIGHTER):
             if eps is None and last.inertia <= target:
                 return self.from_another(last)
@@ -653,8 +654,8 @@ class _Search(NamedTuple):
                 try:
                     while 2.0 - eps < _NEARER * (2.0 - near.run.irregularity):
                         nearer = Demand(None, 2.0 - _NEARER * (2.0 - near.run.irregularity), self.demand.speed)
-                        near = self._replace(demand=nearer).roughly().from_another(near)
-                    return self.from_another(near, heavier_one)
+                        near = self._replace(demand=nearer).to_others().from_another(near)
+                    return self.from_another(near, before_last)
                 except NoRegimeError:
                     if last.run.irregularity >= eps:
                         raise
@@ -664,13 +665,13 @@ class _Search(NamedTuple):
             step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
             while True:
                 try:
-                    lighter = self.on_the_way(last.inertia - step, unknown, last)
+                    lighter = self.lighter_motion(last.inertia - step, unknown, last)
                     break
                 except NoRegimeError:
                     step *= 0.5
                 if step < _LITTLE * scale:
                     raise stops
-            before, heavier_one, last = last.inertia - lighter.inertia, last, lighter
+            before, before_last, last = last.inertia - lighter.inertia, last, lighter
         raise stops
 
 

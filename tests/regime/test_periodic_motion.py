@@ -484,15 +484,15 @@ def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
 
 
 @pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
-def test_a_passing_motion_has_the_figures_of_one_solved_to_the_end_within_its_error(name):
+def test_an_intermediate_motion_has_the_figures_of_one_solved_to_the_end_within_its_error(name):
     machine = Machine(flywheel.load(regimes.scene(name, inertia=1)))
     speed, unknown = constant_speed.operating_point(machine)
     demand = Demand(1.0, None, None)
     heavy = periodic_motion.own_motion(machine, speed, Demand(2.0, None, None), 0.0, unknown, 1e-9)
     whole = periodic_motion.own_motion(machine, speed, demand, 0.0, unknown, 1e-11)
-    passing = periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-4, passing=True)
-    assert abs(passing.run.irregularity / whole.run.irregularity - 1.0) <= passing.run.error <= 1e-4
-    assert passing.solved.multiplier == pytest.approx(whole.solved.multiplier, rel=1e-3)
+    between = periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-4, intermediate=True)
+    assert abs(between.run.irregularity / whole.run.irregularity - 1.0) <= between.run.error <= 1e-4
+    assert between.solved.multiplier == pytest.approx(whole.solved.multiplier, rel=1e-3)
     assert heavy.solved.left == whole.solved.left == 0.0
 
 
