@@ -496,6 +496,22 @@ def test_an_intermediate_motion_has_the_figures_of_one_solved_to_the_end_within_
     assert heavy.solved.left == whole.solved.left == 0.0
 
 
+@pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
+def test_a_motion_begins_nearer_along_the_secant_through_two(name):
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=1)))
+    speed, unknown = constant_speed.operating_point(machine)
+    heavy, heavier = (
+        periodic_motion.own_motion(machine, speed, Demand(inertia, None, None), 0.0, unknown, 1e-10)
+        for inertia in (1.1, 1.2)
+    )
+    plain, along = (
+        periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-10, beyond=beyond) for beyond in (None, heavier)
+    )
+    assert abs(along.run.irregularity / plain.run.irregularity - 1.0) <= along.run.error + plain.run.error
+    if name == "dc-inductance":  # solved once, as nothing cuts its cells
+        assert along.solved.steps < plain.solved.steps
+
+
 def test_a_motion_in_which_no_mesh_reverses_is_solved_to_the_end():
     line = {"type": "line", "starting_torque": 40, "slope": 1.0, "inertia": 0.001}
     scene = {"shafts": {"motor": {"ratio": 3, "efficiency": 0.9}}, "drive": {"on": "motor", "motor": line}}
