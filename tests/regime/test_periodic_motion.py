@@ -19,7 +19,7 @@ from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
-from flywheel.regime.branch import Branch, Existence, resonates
+from flywheel.regime.branch import Branch, Existence
 from flywheel.regime.cycle_equations import Demand, NoRegimeError, carried, first_guess, periodic
 from flywheel.regime.several_motions import lighter_motions
 from flywheel.sizing.confirmation import SlidingError, one_cycle
@@ -471,25 +471,12 @@ def test_a_motor_s_current_that_swings_faster_than_the_load_is_resolved():
     assert result.simulation.irregularity == pytest.approx(own, rel=1e-5)
 
 
-def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
-    """L di/dt = U - R i - k w, J dw/dt = k i - T: damping ratio R/2 sqrt(J/L)/k, and a peak of w below 1/sqrt(2)."""
-    motor = {"type": "dc", "voltage": 220, "constant": 1.3, "resistance": 2.0, "inductance": 0.025, "inertia": 0.01}
-    machine = Machine(flywheel.load({"load": [{"on": "crank", "torque": -8}], "drive": {"motor": motor}}))
-    speed = (220 - 2.0 * 8 / 1.3) / 1.3
-    decisive = 2.0 * 0.025 * (1.3 / 2.0) ** 2 - 0.01
-    for inertia, resonant in ((0.0, True), (0.99 * decisive, True), (1.01 * decisive, False), (1.0, False)):
-        assert resonates(machine, speed, [inertia], 0.0) is resonant
-    assert resonates(machine, speed, [1.0, 0.0], 0.0)
-    assert not resonates(machine, speed, [1.1 * decisive, 1.0], 0.0)
-
-
 @pytest.mark.parametrize("name", ["dc-inductance", "geared-loss"])
 def test_an_intermediate_motion_has_the_figures_of_one_solved_to_the_end_within_its_error(name):
     machine = Machine(flywheel.load(regimes.scene(name, inertia=1)))
     speed, unknown = constant_speed.operating_point(machine)
-    demand = Demand(1.0, None, None)
     heavy = periodic_motion.own_motion(machine, speed, Demand(2.0, None, None), 0.0, unknown, 1e-9)
-    whole = periodic_motion.own_motion(machine, speed, demand, 0.0, unknown, 1e-11)
+    whole = periodic_motion.own_motion(machine, speed, Demand(1.0, None, None), 0.0, unknown, 1e-11)
     between = periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-4, intermediate=True)
     assert abs(between.run.irregularity / whole.run.irregularity - 1.0) <= between.run.error <= 1e-4
     assert between.solved.multiplier == pytest.approx(whole.solved.multiplier, rel=1e-3)
@@ -500,10 +487,8 @@ def test_an_intermediate_motion_has_the_figures_of_one_solved_to_the_end_within_
 def test_a_motion_begins_nearer_along_the_secant_through_two(name):
     machine = Machine(flywheel.load(regimes.scene(name, inertia=1)))
     speed, unknown = constant_speed.operating_point(machine)
-    heavy, heavier = (
-        periodic_motion.own_motion(machine, speed, Demand(inertia, None, None), 0.0, unknown, 1e-10)
-        for inertia in (1.1, 1.2)
-    )
+    demands = Demand(1.1, None, None), Demand(1.2, None, None)
+    heavy, heavier = (periodic_motion.own_motion(machine, speed, each, 0.0, unknown, 1e-10) for each in demands)
     plain, along = (
         periodic_motion.own_motion_near(machine, heavy, 1.0, None, 1e-10, beyond=beyond) for beyond in (None, heavier)
     )

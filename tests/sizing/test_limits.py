@@ -9,11 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel import SceneError, Sizing
+from flywheel import Machine, SceneError, Sizing
 from flywheel.components.wheels import parts
 from flywheel.designs.figures import ALONE, REFINED, TRACED
 from flywheel.regime import turning_moment
-from flywheel.regime.branch import Existence
+from flywheel.regime.branch import Existence, resonates
 from flywheel.sizing import limits
 from flywheel.sizing.limits import FlywheelPoint, LimitState, Search
 from flywheel.sizing.motor import Share
@@ -277,6 +277,18 @@ def test_the_flywheels_of_a_search_turn_with_the_machine_s_own_inertia_in_even_s
     steps = totals[:-1] / totals[1:]
     assert steps == pytest.approx(np.full(steps.shape, steps[0]))
     assert 1.15 < steps[0] <= 10 ** (1 / 12)
+
+
+def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
+    """L di/dt = U - R i - k w, J dw/dt = k i - T: damping ratio R/2 sqrt(J/L)/k, and a peak of w below 1/sqrt(2)."""
+    motor = {"type": "dc", "voltage": 220, "constant": 1.3, "resistance": 2.0, "inductance": 0.025, "inertia": 0.01}
+    machine = Machine(flywheel.load({"load": [{"on": "crank", "torque": -8}], "drive": {"motor": motor}}))
+    speed = (220 - 2.0 * 8 / 1.3) / 1.3
+    decisive = 2.0 * 0.025 * (1.3 / 2.0) ** 2 - 0.01
+    for inertia, resonant in ((0.0, True), (0.99 * decisive, True), (1.01 * decisive, False), (1.0, False)):
+        assert resonates(machine, speed, [inertia], 0.0) is resonant
+    assert resonates(machine, speed, [1.0, 0.0], 0.0)
+    assert not resonates(machine, speed, [1.1 * decisive, 1.0], 0.0)
 
 
 # The smallest flywheel, and the heavier ones that break what it keeps, against scans of inertias by textbook equations.
