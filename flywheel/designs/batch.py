@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT
+from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT, root_of_squares
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -54,7 +54,7 @@ class Sums(NamedTuple):
     """Sums over a cycle, for every design.
 
     `start`: I*(0) (kg m²); `balance` with `by_unknown`, the integral of dM*/du; `net` and `exchanged` work (J). `work` (J),
-    `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell,
+    `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that of I*(0),
     `of_net` (J) that of the net work.
 
     `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
@@ -97,7 +97,7 @@ class Cycles(NamedTuple):
     cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs). `work` and `variation`
     are the errors of W and of I* - I*(0), `net` that of the net work, `inertias` (cells, designs) that of I*, `tails` (2,
     cells, designs) the truncation of the first two series, `by_cell`, `inside` and `left` its shares as in `CycleErrors`;
-    `mean` is that of I* with its error.
+    `mean` is that of I* with its error, `inertia_at_start` (kg m²) is I*(0), `of_start` its error.
     """
 
     edges: Array
@@ -117,11 +117,8 @@ class Cycles(NamedTuple):
     left: Array
     exchanged: Array
     mean: Array
-
-    @property
-    def inertia_at_start(self) -> Array:
-        """I*(0) of every design, kg m²."""
-        return np.asarray((_AT_ENDS @ self.series[2, :, 0])[0])
+    inertia_at_start: Array
+    of_start: Array
 
     def at(self, cell: Index, design: Index, t: Array) -> tuple[Array, Array]:
         """W (J) and I* - I*(0) (kg m²) at local abscissas of cells of designs."""
@@ -193,7 +190,7 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_direc
     accumulated = _times(_WEIGHTS, values[:5])[:, 0] * half
     start = np.zeros((2, *edges.shape))
     np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
-    exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
+    exchanged, rounding = accumulated[3].sum(axis=0), MOMENT_ROUNDING * accumulated[3:].sum(axis=1)
     series = _times(_FIT, values[:3])
     tails, of_whole = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
     by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
@@ -202,11 +199,14 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_direc
     by_chance, shifted = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
-    anywhere, rounding = whole + shifted, MOMENT_ROUNDING * exchanged
-    net = rounding + anywhere[0] + by_chance[0]
-    work = spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0])
-    variation = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + np.abs(start[1, -1])) + 0.5**0.5 * by_chance[1]
-    variation += left_inside[1]
+    net = whole[0] + root_of_squares(rounding[0], shifted[0], by_chance[0])
+    by_rounding = root_of_squares(spread[1] * rounding[0], spread[0] * shifted[0], spread[0] ** 2 * by_chance[0])
+    work = spread[0] * (whole[0] + left_inside[0]) + by_rounding
+    by_rounding = root_of_squares(0.5 * rounding[1], 0.5 * shifted[1], 0.5 * by_chance[1])
+    variation = 0.5 * (whole[1] + np.abs(start[1, -1])) + left_inside[1] + by_rounding
+    of_start = by_cell[1, 0] + turning_moment.START_ROUNDING * sizes[0]
+    of_start += (SHIFT + BY_ANGLES * edges[1]) * values[4, :, 0].max(axis=0)
+    at_start = values[2, 1 + cells.MIDDLE, 0] - cells.TO_MIDDLE @ series[1, :, 0] * half[0]
     work += 0.5 * by_directions * np.sqrt(end * np.abs(accumulated[2].sum(axis=0)))
     by_cell[0] *= spread[0]
     inside[0] *= spread[0]
@@ -217,7 +217,7 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_direc
     values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
     mean = np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end
     errors = work, variation, net, inertias, tails[:2], by_cell, inside, left_inside
-    return Cycles(edges, middle, half, values[:2], series, start, noise, *errors, exchanged, mean)
+    return Cycles(edges, middle, half, values[:2], series, start, noise, *errors, exchanged, mean, at_start, of_start)
 
 
 def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Array, by_unknown: Array) -> Sums:
@@ -232,7 +232,7 @@ def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Arra
         work=cycle.work,
         variation=cycle.variation,
         inertia=cycle.inertias.max(axis=0),
-        first=cycle.inertias[0],
+        first=cycle.of_start,
         of_net=cycle.net,
         **extremes_of(cycle, factors, np.broadcast_to(givens.loose, count)),
         mean=cycle.mean,
@@ -241,14 +241,14 @@ def summed(cycle: Cycles, factors: Array, givens: DesignValues, *, balance: Arra
 
 
 def _by_angles(values: Array, phi: Array) -> tuple[Array, Array]:
-    """Errors of integrals by angles rounded each by itself and all together, from differences of neighbouring values."""
+    """Errors of integrals by rounded angles, squared, and by rounded geometry, from differences of neighbouring values."""
     inside, between = values[:, 1:] - values[:, :-1], values[:, 0, 1:] - values[:, -1, :-1]
     swings = np.abs(inside).sum(axis=(1, 2)) + np.abs(between).sum(axis=1)
     inside *= phi[1:]
     inside *= inside
     between *= phi[0, 1:]
     squares = inside.sum(axis=(1, 2)) + (between * between).sum(axis=1)
-    return BY_ANGLES * np.sqrt(squares), SHIFT * swings
+    return BY_ANGLES**2 * squares, SHIFT * swings
 
 
 def extremes_of(cycles: Cycles, factors: Array, loose: Array) -> dict[str, Array]:

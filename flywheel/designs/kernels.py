@@ -40,14 +40,22 @@ from flywheel.designs.batch import (
 from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, TAIL_OF_INTEGRAL, Array
-from flywheel.regime.turning_moment import BY_ANGLES, INERTIA_ROUNDING, MOMENT_ROUNDING, SHIFT, spread_of
+from flywheel.regime.turning_moment import (
+    BY_ANGLES,
+    INERTIA_ROUNDING,
+    MOMENT_ROUNDING,
+    SHIFT,
+    START_ROUNDING,
+    root_of_squares,
+    spread_of,
+)
 
 LANES = 16
 _L = LANES
 _P = POINTS.size
 _ROOTS = 48 * LANES  # of the five functions of all lanes; designs that have more are left to numpy
 _FIT: Array = np.ascontiguousarray(cells.fit(np.eye(ORDER)).T)
-_MEAN = np.ascontiguousarray(cells.MEAN)
+_MEAN, _TO_MIDDLE = np.ascontiguousarray(cells.MEAN), np.ascontiguousarray(cells.TO_MIDDLE)
 _WEIGHTS = np.ascontiguousarray(_FIT.T @ _MEAN)
 Function = TypeVar("Function", bound=Callable[..., Any])
 _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
@@ -65,7 +73,7 @@ def _inlined(function: Function) -> Function:
     return machine_code
 
 
-_tail, _spread_of = _inlined(cells.tail), _inlined(spread_of)
+_tail, _spread_of, _root_of_squares = (_inlined(function) for function in (cells.tail, spread_of, root_of_squares))
 
 
 # -- programs in lanes -----------------------------------------------------------------------------------------------------
@@ -352,19 +360,27 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, by_d
         summed(v, s, w, c, by_directions, cell == 0)
     for i in range(_L):
         end = cellwise[0, _END // _L, i]
-        out[_START_AT, i] = values[0, 2, 0, i]
-        out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
+        rise, most, steep = 0.0, 0.0, 0.0
+        for k in range(ORDER):
+            rise += _TO_MIDDLE[k] * series[0, ORDER + k, i]
+            most, steep = max(most, abs(values[0, 2, k + 1, i])), max(steep, values[0, 4, k + 1, i])
+        half, right = cellwise[0, _HALF // _L, i], cellwise[0, _RIGHT // _L, i]
+        out[_START_AT, i] = values[0, 2, 1 + ORDER // 2, i] - half * rise
+        out[_FIRST, i] = TAIL_OF_INTEGRAL * cellwise[0, _TAILS // _L + 1, i] * half
+        out[_FIRST, i] += START_ROUNDING * most + (SHIFT + BY_ANGLES * right) * steep
         out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
         out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
         spread = out[_WORK_ERROR, i]
         _, of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
-        anywhere = c[_CUT + i] + SHIFT * c[_SWING + i] + BY_ANGLES * math.sqrt(c[_SHIFTED + i])  # all of every cell
-        out[_OF_NET, i] = MOMENT_ROUNDING * c[_SIZE + i] + anywhere
-        out[_WORK_ERROR, i] = of_exchange * MOMENT_ROUNDING * c[_SIZE + i] + spread * anywhere
+        rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + i], SHIFT * c[_SWING + i], BY_ANGLES**2 * c[_SHIFTED + i]
+        out[_OF_NET, i] = c[_CUT + i] + _root_of_squares(rounding, shift, squares)  # all of every cell
+        out[_WORK_ERROR, i] = spread * c[_CUT + i]
+        out[_WORK_ERROR, i] += _root_of_squares(of_exchange * rounding, spread * shift, spread**2 * squares)
         out[_WORK_ERROR, i] += 0.5 * by_directions[i] * math.sqrt(end * abs(c[_AREA + i]))
         k = _L + i
-        once = MOMENT_ROUNDING * c[_SIZE + k] + SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
-        out[_VARIATION, i] = c[_CUT + k] + 0.5 * once + math.sqrt(0.5) * BY_ANGLES * math.sqrt(c[_SHIFTED + k])
+        rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + k], SHIFT * c[_SWING + k], BY_ANGLES**2 * c[_SHIFTED + k]
+        out[_VARIATION, i] = c[_CUT + k] + 0.5 * abs(cellwise[number - 1, _STOP // _L + 1, i])
+        out[_VARIATION, i] += _root_of_squares(0.5 * rounding, 0.5 * shift, 0.5 * squares)
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
 

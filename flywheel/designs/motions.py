@@ -651,7 +651,8 @@ def _of_motion(
     inertia, balanced = state.inertia, givens.unknown
     by_cell, inside = (each.transpose(0, 2, 1) for each in (cycle.by_cell, cycle.inside))
     worst: Any = cycle.inertias.max(axis=0)
-    of_cycle: Any = (cycle.work, cycle.variation, worst, by_cell, inside, cycle.left, cycle.net, cycle.inertias.T)
+    of_works: Any = (cycle.work, cycle.variation, worst, by_cell, inside, cycle.left, cycle.net)
+    of_cycle: Any = (*of_works, cycle.inertias.T, cycle.of_start)
     own = motion_errors(solved, demand, CycleErrors(*of_cycle), inertia + cycle.inertia_at_start)
     by_stiffness, bound_by_stiffness = errors_by_stiffness(solved)
     irregularity, bound = own.irregularity + by_stiffness, own.flywheel + bound_by_stiffness

@@ -67,6 +67,7 @@ _ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
 TAIL_OF_INTEGRAL = 0.04  # of `tails`, five times the cut-off terms: each T_k, k >= 21, and its alias move an integral by 0.2
 MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
 _WEIGHTS: Array = _FIT @ MEAN
+TO_MIDDLE: Array = _INTEGRATE @ np.cos(0.5 * np.pi * _DEGREES).round()  # series -> its integral over [-1, 0]
 
 
 class Cells(NamedTuple):

@@ -792,7 +792,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         spread, _ = spread_of_closing(solved.rate, moments.mesh, balanced=True)
         apart = kept / (1.0 - np.minimum(spread * fading, 0.5))
     off = (apart + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / square / solved.lightest
-    off += eps * (errors.inertia / solved.lightest + 4 * ROUNDING + 2 * solved.left)
+    off += eps * (errors.start / solved.lightest + 4 * ROUNDING + 2 * solved.left)
     relative = off / np.where(eps > 0.0, eps, np.inf)
     varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:

@@ -25,7 +25,8 @@ from flywheel.scene.scene import Scene
 MOMENT_ROUNDING = 4 * ROUNDING  # error of a reduced moment's integral relative to that of the sum of its parts' sizes
 SHIFT = 3 * ROUNDING  # rad: a shift of all angles that has the effect of rounded geometry
 BY_ANGLES = 1.5 * ROUNDING  # of an angle: 5.2 deviations of its rounding, which one in five million exceeds
-INERTIA_ROUNDING = 24 * ROUNDING  # error of I* relative to it
+INERTIA_ROUNDING = 24 * ROUNDING  # error of I* by its series relative to it
+START_ROUNDING = 8 * ROUNDING  # and of one value of it
 _BLOCK = 2_048  # cells evaluated together: the walk of the graph needs about forty arrays of their size
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: share that one cell may keep
 _MOST_FOR_BALANCE = 2_000  # cells added to the machine's own mesh for the last digit of a balance
@@ -41,17 +42,22 @@ class CycleErrors(NamedTuple):
     `work` and `variation` hold for every difference of two values within the cycle, W - W(0) among them.
 
     Interpolation errors, each more than the truncation of its series, add up over the cells, but for what is left inside
-    those of the two values. So does the rounding of values, at 4 units of the terms of their sums, and the effect of rounded
-    lengths and angles of the scene, equal to a shift of the crank by 3 units. The effects of the rounding of each node's
-    angle add up as independent shares do: of 5.2 deviations. On 2,100 random machines the errors of works measured in
-    extended precision were at most 0.6 of these. As I* is the same after a cycle, its error between two places is the
-    opposite of that along the rest of the cycle, to within what the sum leaves: of the two, half of all errors at most.
+    those of the two values. Three more add up by chance, so that together they are the root of the sum of their squares:
+    the rounding of values, at most 4 units of the terms of their sums; the effect of rounded lengths and angles of the
+    scene, at most that of a shift of the crank by 3 units; and that of the rounding of each node's angle, itself a sum of
+    independent shares, of 5.2 deviations. On 700 random machines the errors of works measured in extended precision were at
+    most 0.6 of these. As I* is the same after a cycle, its error between two places is the opposite of that along the rest
+    of the cycle, to within what the sum leaves: of the two, half of all errors at most.
+
+    `start` is the error of I*(0), the value at the middle of the first cell less the integral of dI*/dphi up to there: that
+    of one value, at 8 units of it, with rounded geometry and its rounded angle, and of the interpolation in that cell.
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells), `inside` the part of it
     that only places inside the cell have, not its ends, `left` (2) the most that two places have of that; `net` is the error
-    of the net work (J), from which a balance follows; `inertias` that of I* itself in each cell. `parts` (5, cells + 1) are
-    sums up to each edge: of the errors of W and of I* that cells bring, of the squares of those that add up by chance, and
-    of the cells' shares of the balance, where these are known and of one sign.
+    of the net work (J), from which a balance follows; `inertias` that of I* itself in each cell. `parts` (9, cells + 1) are
+    sums up to each edge: in twos, of W and of I*, of the errors by interpolation, by rounded values and by rounded geometry
+    and of the squares of those by rounded angles; and of the cells' shares of the balance, where these are known and of one
+    sign.
 
     `turned` (J) is the effect of rounded directions of weights and of their paths on any difference of two values of W: each
     changes a force by one share all along the cycle, so that d g of `families.by_directions` does no work in it, and half of
@@ -70,6 +76,7 @@ class CycleErrors(NamedTuple):
     left: Array
     net: float
     inertias: Array
+    start: float
     residual: float = 0.0
     parts: Array | None = None
     turned: float = 0.0
@@ -238,18 +245,24 @@ def assembled(
     swings = swings.reshape(values[:2].shape)
     moved = BY_ANGLES * swings * mesh.phi
     squares = (moved * moved).sum(axis=-1)
-    each, rounded = by_cell - inside + SHIFT * np.abs(swings).sum(axis=-1), cells.integral(values[3:], mesh.half)
+    each, shifted = by_cell - inside, SHIFT * np.abs(swings).sum(axis=-1)
+    exchanges = cells.integral(values[3:], mesh.half)
     parts = None
     if shares is not None:
-        parts = np.zeros((5, mesh.edges.size))
-        np.concatenate((each + MOMENT_ROUNDING * rounded, squares, shares[None])).cumsum(axis=-1, out=parts[:, 1:])
-    anywhere, by_chance, left_inside = each.sum(axis=-1), np.sqrt(squares.sum(axis=-1)), two_largest(inside)
-    exchanged, slope_exchanged = (cells.number(row) for row in rounded.sum(axis=-1))
-    rounding, gap = MOMENT_ROUNDING * exchanged, np.abs(start[1, ..., -1])
-    net = cells.number(rounding + anywhere[0] + by_chance[0])
-    work = cells.number(spread[1] * rounding + spread[0] * (anywhere[0] + by_chance[0] + left_inside[0]))
-    of_inertia = 0.5 * (MOMENT_ROUNDING * slope_exchanged + anywhere[1] + gap)
-    variation = cells.number(of_inertia + 0.5**0.5 * by_chance[1] + left_inside[1])
+        parts = np.zeros((9, mesh.edges.size))
+        by_cells = each, MOMENT_ROUNDING * exchanges, shifted, squares, shares[None]
+        np.concatenate(by_cells).cumsum(axis=-1, out=parts[:, 1:])
+    anywhere, shift, by_chance = each.sum(axis=-1), shifted.sum(axis=-1), squares.sum(axis=-1)
+    exchanged, rounding = cells.number(exchanges[0].sum(axis=-1)), MOMENT_ROUNDING * exchanges.sum(axis=-1)
+    left_inside, gap = two_largest(inside), np.abs(start[1, ..., -1])
+    net = cells.number(anywhere[0] + root_of_squares(rounding[0], shift[0], by_chance[0]))
+    by_rounding = root_of_squares(spread[1] * rounding[0], spread[0] * shift[0], spread[0] ** 2 * by_chance[0])
+    work = cells.number(spread[0] * (anywhere[0] + left_inside[0]) + by_rounding)
+    by_rounding = root_of_squares(0.5 * rounding[1], 0.5 * shift[1], 0.5 * by_chance[1])
+    variation = cells.number(0.5 * (anywhere[1] + gap) + left_inside[1] + by_rounding)
+    at_start = by_cell[1, ..., 0] + START_ROUNDING * peaks[1, ..., 0]
+    at_start = at_start + (SHIFT + BY_ANGLES * mesh.edges[..., 1]) * peaks[3, ..., 0]
+    to_middle = (series[1, ..., 0, :] @ cells.TO_MIDDLE) * mesh.half[..., 0, 0]
     by_cell[0] *= np.asarray(spread[0])[..., None]
     inside[0] *= np.asarray(spread[0])[..., None]
     left_inside[0] *= spread[0]
@@ -264,7 +277,7 @@ def assembled(
         series=series,
         rising=rising,
         start=start,
-        inertia_at_start=cells.number(cells.ends(series[2, ..., 0, :])[..., 0]),
+        inertia_at_start=cells.number(values[2, ..., 0, cells.MIDDLE] - to_middle),
         balance=balance,
         net=cells.number(start[0, ..., -1]),
         exchanged=exchanged,
@@ -278,12 +291,18 @@ def assembled(
             left_inside,
             net,
             inertias,
+            cells.number(at_start),
             0.0,
             parts,
             turned,
         ),
         balance_error=net / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
+
+
+def root_of_squares(rounding: Any, shift: Any, squares: Any) -> Any:
+    """The error by rounded values, rounded geometry and rounded angles, whose squares are given; see `CycleErrors`."""
+    return np.sqrt(rounding * rounding + shift * shift + squares)
 
 
 def two_largest(inside: Array) -> Array:
@@ -448,9 +467,10 @@ def errors_of_differences(
             first, end = bisect_right(edges, before[0]) - 1, bisect_left(edges, after[1])
             between = [row[end] - row[first] for row in parts]
             beyond = [row[-1] - row[start] + row[last] for row in parts]
-            work, work_beyond = (way[0] + sqrt(way[2]) for way in (between, beyond))
-            inertia, inertia_beyond = (way[1] + sqrt(way[3]) for way in (between, beyond))
-            of_work = max((1.0 - s) * work + s * work_beyond for s in (between[4], parts[4][start] - parts[4][last]))
+            (work, work_beyond), (inertia, inertia_beyond) = (
+                [way[k] + sqrt(way[2 + k] ** 2 + way[4 + k] ** 2 + way[6 + k]) for way in (between, beyond)] for k in (0, 1)
+            )
+            of_work = max((1.0 - s) * work + s * work_beyond for s in (between[8], parts[8][start] - parts[8][last]))
             of_work += cycle.errors.turned
             off = min(off, of_work + max(factors) * min(inertia, inertia_beyond + gap))
         off += abs(factors[0] - factors[1]) * cycle.errors.variation
@@ -597,13 +617,13 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         steepness = 0.5 * square * float(np.array([1 + eps / 2, 1 - eps / 2]) @ (start + cycle.at(*cycle.where(places))[1]))
         target = eps + excess / steepness
         step = (target if low <= target <= high else 0.5 * (low + high)) - eps
+        eps += step
         if abs(step) <= 8 * ROUNDING * float(extremes.greatest[0] - extremes.least[1]) / steepness:
             break
-        eps += step
     factors = 0.5 * square * (1 + eps / 2) ** 2, 0.5 * square * (1 - eps / 2) ** 2
     error = errors_of_differences(cycle, extremes, [((0, 1), factors)])[0] + errors.residual
-    error += eps * square * (errors.inertias[0] + 4 * ROUNDING * start)
-    error = error / (steepness * eps) + 4 * ROUNDING if eps else 0.0
+    error += eps * square * (errors.start + 4 * ROUNDING * start)
+    error = error / (steepness * eps) if eps else 0.0
     return motion_of(inertia, start, speed, eps, extremes, (0, 1), error)
 
 

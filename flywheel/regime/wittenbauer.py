@@ -213,7 +213,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     functions = ((_FAST, _SLOW), (-fast, -slow)), ((_WORK, _WORK), (0.0, 0.0)), ((_TORQUE, _TORQUE), (0.5 * square,) * 2)
     error, *apart = turning_moment.errors_of_differences(cycle, extremes, functions)
     error /= unit
-    error += float(errors.inertias[0]) + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
+    error += errors.start + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
     scale = max(exact, figures.fluctuation / unit)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand

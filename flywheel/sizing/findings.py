@@ -495,7 +495,7 @@ def _drive_errors(sizing: Sizing) -> tuple[float, float] | None:
 def _inertia_error(cycle: Cycle) -> tuple[float, float]:
     """Error of the least, greatest and mean I*: in kg m², and relative to the greatest."""
     errors, extent = cycle.errors, inertia_extent(cycle)
-    by_slope = errors.variation + float(errors.inertias[0])  # as `wittenbauer.reduced_inertia` has them
+    by_slope = errors.variation + errors.start  # as `wittenbauer.reduced_inertia` has them
     own = (extent.error, extent.greatest_error)
     mean = cells.TAIL_OF_INTEGRAL * float(errors.inertias @ cycle.mesh.half[:, 0]) / float(cycle.mesh.edges[-1])
     mean += 32 * ROUNDING * extent.greatest

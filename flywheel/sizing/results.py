@@ -823,7 +823,8 @@ class Sizing:
         error = self.error
         flywheels = (error.exact, error.approximate, error.inertia_torque, error.inertia_torque_flywheel)
         of_speed = None if self.cyclic is None else self.cyclic.level_error
-        return all(error is None or error <= self.rtol for error in (*flywheels, error.simulation, error.work, of_speed))
+        of_motion = error.simulation, error.period, of_speed
+        return all(error is None or error <= self.rtol for error in (*flywheels, *of_motion, error.work))
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON contract of `flywheel size`, SI throughout, plus the keys that this version adds."""

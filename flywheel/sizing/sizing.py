@@ -75,6 +75,7 @@ _TITLES = {
     "inertia_torque_flywheel": "flywheel by the inertia torque",
     "work": "work",
     "simulation": "simulation",
+    "period": "time of a cycle",
 }
 
 
@@ -451,7 +452,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
     extremes, mean = (run.irregularity, run.speed_max, run.speed_min), regime.machine.scene.cycle / period
     left = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
     motion = Confirmation(*extremes, period, mean, left, "quadrature")
-    return Confirmed(motion, max(run.error, error), error, run.error_about_mean)
+    return Confirmed(motion, run.error, error, run.error_about_mean)
 
 
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
