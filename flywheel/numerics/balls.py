@@ -516,6 +516,8 @@ class Centred:
 
     def max(self, other: Any) -> Centred:
         """The greater of the value and a plain ball."""
+        if self.value < other:
+            return Centred(_lifted(other), {}, self.halves)
         return Centred(self.middle.max(other), {k: arb(0).union(slope) for k, slope in self.slopes.items()}, self.halves)
 
 
@@ -602,7 +604,7 @@ def slopes_at_greatest(curves: Sequence[CurveOverRanges], halves: Mapping[Any, A
         inside = {k: slope(span) for k, slope in each.slopes.items()} if each.steep(span).contains(0) else {}
         width = sum((ball.rad() * halves[k] for k, ball in inside.items()), arb(0))
         least = sum((slope(middle).rad() * halves[k] for k, slope in each.slopes.items()), arb(0))
-        if width > 2 * least + _FINE * size and split < _MOST_SPLITS:
+        if width > 1.1 * least + _FINE * size and split < _MOST_SPLITS:
             todo += [(each, low, middle), (each, middle, high)]
             continue
         ends = [each.at(end) for end in each.breaks if span.overlaps(end) and possible(curve.value(end), each.at(end))]

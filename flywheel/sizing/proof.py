@@ -8,13 +8,15 @@ describes; of the model itself nothing is proven.
 
 from __future__ import annotations
 
+import math
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
-from typing import Any, NamedTuple
+from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 from flint import arb_mat
@@ -57,7 +59,8 @@ _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 6  # tries to enclose the irregularities over ranges
-_MOST_BOXES, _EXCESS = 12, 0.06  # parts of ranges; of a figure's width, what one number may leave open
+_MOST_PARTS, _OF_POINT = 24.0, 0.2  # parts of ranges; a part in which no number has a range, beside one with ranges
+_ENOUGH = 1.05  # of the width that a figure is proven to have: its interval
 _EVEN = 1e-4  # an irregularity beside which that of a motion which does not vary counts
 _NARROW = 1e-6  # of a figure: a width that does not count
 
@@ -178,7 +181,7 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
                 )
                 width = max(_widths(found, scales).values())
                 if width <= WIDTH:
-                    found |= _cycle_over_ranges(scene, structure, columns, ranges, order, left) if ranges else {}
+                    found |= _cycle_over_ranges(scene, structure, columns, ranges, (order, left), scales) if ranges else {}
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
             except UnprovenError as error:
                 open_still = error
@@ -429,66 +432,155 @@ def _of_cycle(
 # -- over ranges of numbers ------------------------------------------------------------------------------------------------
 
 
+_Part = tuple[tuple[float, float], ...]  # of ranges: the middle of each and half its width, as shares of half the range
+
+
 def _cycle_over_ranges(
-    scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
+    scene: Scene,
+    structure: Structure,
+    middles: Sequence[Any],
+    ranges: Mapping[Any, Any],
+    fineness: tuple[int, float],
+    scales: Mapping[str, float],
 ) -> dict[str, Any]:
     """The balls of the figures of a cycle all over the ranges of numbers, by their keys.
-
-    Ranges are halved, those of the greatest uncertainty first, until the figures are little wider than by their slopes.
 
     Args:
         scene: with its numbers at the middles.
         structure: of its machine.
         middles: of all its numbers.
         ranges: half the width of the range of a number, by its place.
-        order: of polynomials.
-        left: uncertainty of the cells, relative.
+        fineness: order of polynomials, and uncertainty of the cells, relative.
+        scales: of figures that may be 0.
 
     """
-    boxes = [_over_box(scene, structure, middles, ranges, order, left)]
-    while len(boxes) < _MOST_BOXES and (worst := max(boxes, key=lambda box: box.excess)).excess > _EXCESS:
-        boxes.remove(worst)
-        half = {**worst.ranges, worst.widest: worst.ranges[worst.widest] / 2}
-        for side in (-1, 1):
-            moved = list(worst.middles)
-            moved[worst.widest] += side * half[worst.widest]
-            boxes.append(_over_box(scene, structure, moved, half, order, left))
-    first, *others = boxes
-    figures = dict(first.figures)
-    for name, box in ((name, box) for box in others for name in figures):
-        figures[name] = figures[name].union(box.figures[name])
-    return figures
+
+    def figures(part: _Part) -> dict[str, Any]:
+        moved, halves = list(middles), dict[Any, Any]()
+        for k, (middle, half) in zip(ranges, part, strict=True):
+            moved[k] += middle * ranges[k]
+            halves |= {k: half * ranges[k]} if half else {}
+        return _over_part(scene, structure, moved, halves, *fineness)
+
+    ends = _Ends(figures, tuple(ranges))
+    ends.narrow(scales)
+    return {name: ends.interval(name) for name in ends.names}
 
 
-class _Box(NamedTuple):
-    """Figures over a part of the ranges; the share of their width beyond that by slopes, and the number that causes it."""
+class _Ends:
+    """Both ends of figures over ranges of numbers, by their slopes in parts of the ranges.
 
-    figures: dict[str, Any]
-    middles: Sequence[Any]
-    ranges: Mapping[Any, Any]
-    excess: float
-    widest: Any
+    Where a figure is proven to rise with a number all over a part, it is greatest at the upper end of that number's range,
+    so that the number's own effect leaves nothing open; a number of which that is not proven adds its greatest slope times
+    half its range.
+    """
+
+    def __init__(self, figures: Callable[[_Part], dict[str, Any]], numbers: Sequence[Any]) -> None:
+        self._figures, self._numbers, self._parts = figures, numbers, dict[_Part, dict[str, Any]]()
+        self._whole: _Part = ((0.0, 1.0),) * len(numbers)
+        whole = self._in(self._whole)
+        self.names = tuple(whole)
+        self._bounds = {
+            (name, side): {self._whole: (side * whole[name].value).upper()} for name in whole for side in (-1, 1)
+        }
+        self._sharp = set[tuple[str, int, _Part]]()
+
+    def _in(self, part: _Part) -> dict[str, Any]:
+        """The figures over a part, calculated once."""
+        if part not in self._parts:
+            self._parts[part] = self._figures(part)
+        return self._parts[part]
+
+    def _bound(self, name: str, side: int) -> Any:
+        return max(self._bounds[name, side].values())
+
+    def _reached(self, name: str, side: int) -> Any:
+        return max((side * figures[name].middle).lower() for figures in self._parts.values())
+
+    def _least_width(self, name: str) -> Any:
+        """The width that a figure is proven to have, by its values at middles and ends or by its slopes."""
+        figure = self._in(self._whole)[name]
+        by_slopes = sum((2 * slope.abs_lower() * figure.halves[k] for k, slope in figure.slopes.items()), rational(0, 1))
+        return (self._reached(name, 1) + self._reached(name, -1)).max(by_slopes)
+
+    def _excess(self, name: str) -> float:
+        """The width of a figure's interval over the least width that it is proven to have."""
+        least = self._least_width(name)
+        return float((self._bound(name, 1) + self._bound(name, -1)) / least) if least > 0 else math.inf
+
+    def interval(self, name: str) -> Any:
+        """The ball of a figure all over the ranges."""
+        return (-self._bound(name, -1)).union(self._bound(name, 1))
+
+    def narrow(self, scales: Mapping[str, float]) -> None:
+        """Makes intervals narrower that are wider than the figures: halves the range that is open for most of their ends."""
+        widths = _widths({name: figure.value for name, figure in self._in(self._whole).items()}, scales)
+        wide = [name for name, width in widths.items() if width > _NARROW]
+        while True:
+            wide = [name for name in wide if self._excess(name) > _ENOUGH]
+            votes = Counter[tuple[_Part, int]]()
+            for name, side in product(wide, (-1, 1)):
+                bounds = self._bounds[name, side]
+                while (name, side, part := max(bounds, key=bounds.__getitem__)) not in self._sharp:
+                    self._sharpen(name, side, part)
+                gap, least = bounds[part] - self._reached(name, side), (_ENOUGH - 1) / 2 * self._least_width(name)
+                if gap > least and (k := self._open(name, part)) is not None:
+                    votes[part, k] += 1
+            cost = sum(1.0 if any(half for _, half in part) else _OF_POINT for part in self._parts)
+            if not votes or cost >= _MOST_PARTS:
+                return
+            self._halve(*votes.most_common(1)[0][0])
+
+    def _slopes(self, name: str, part: _Part) -> list[Any]:
+        figure = self._in(part)[name]
+        return [figure.slopes.get(k, rational(0, 1)) for k in self._numbers]
+
+    def _sharpen(self, name: str, side: int, part: _Part) -> None:
+        """Bounds side times a figure over a part by its value where numbers are at the ends that are proven."""
+        corner, rest = [], rational(0, 1)
+        halves = self._in(part)[name].halves
+        for k, slope, (middle, half) in zip(self._numbers, self._slopes(name, part), part, strict=True):
+            way = 1 if side * slope >= 0 else -1 if side * slope <= 0 else 0
+            corner.append((middle + way * half, 0.0))
+            rest += 0 if way else abs(slope).upper() * halves.get(k, 0)
+        value = (side * self._in(tuple(corner))[name].value + rest).upper()
+        self._bounds[name, side][part] = self._bounds[name, side][part].min(value)
+        self._sharp.add((name, side, part))
+
+    def _open(self, name: str, part: _Part) -> int | None:
+        """The range in a part whose effect on a figure is most uncertain; None where no effect is."""
+        halves, slopes = self._in(part)[name].halves, self._slopes(name, part)
+        effects = {
+            k: abs(slope).upper() * halves[self._numbers[k]]
+            for k, slope in enumerate(slopes)
+            if not (slope >= 0 or slope <= 0)
+        }
+        return max(effects, key=effects.__getitem__, default=None)
+
+    def _halve(self, part: _Part, k: int) -> None:
+        """Halves a range of a part for all figures."""
+        middle, half = part[k]
+        owners = [(key, bounds, bounds.pop(part)) for key, bounds in self._bounds.items() if part in bounds]
+        for way in (-1, 1):
+            own = (*part[:k], (middle + way * half / 2, half / 2), *part[k + 1 :])
+            for (name, side), bounds, before in owners:
+                bounds[own] = before.min((side * self._in(own)[name].value).upper())
 
 
-def _over_box(
+def _over_part(
     scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
-) -> _Box:
-    """The figures of a cycle over ranges that are taken as they are."""
+) -> dict[str, Any]:
+    """The figures of a cycle over ranges that are taken as they are, by their keys."""
     halves = dict(ranges)
+    if not halves:
+        figures, _ = _cycle(scene, structure, middles, order, left)
+        return {name: balls.Centred(figure, {}, halves) for name, figure in figures.items()}
     columns = [balls.Centred(one, {k: rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)]
     origin = balls.Centred(rational(0, 1), {}, halves)
     speed, ratio, last = _over_ranges(_numbers(scene, structure), origin, columns)
     sums = _SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
     figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
-    figures |= _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
-    values = {name: figure.value for name, figure in figures.items()}
-    shares = dict.fromkeys(ranges, 0.0)
-    for name, width in _widths(values, {}).items():
-        slopes = figures[name].slopes
-        steep = sum(abs(float(slope.mid())) * float(ranges[k]) for k, slope in slopes.items())
-        for k, slope in slopes.items() if width > _NARROW and steep else ():
-            shares[k] = max(shares[k], float(slope.rad()) * float(ranges[k]) / steep)
-    return _Box(values, middles, ranges, max(shares.values()), max(shares, key=lambda k: shares[k]))
+    return figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
 
 
 def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]:

@@ -15,8 +15,10 @@ from tests.extras import extra
 SHARE = 0.002
 """Half the width of every range, of its middle."""
 _UNITS = {"length": "m", "mass": "kg", "force": "N", "torque": "N m", "speed": "rad/s", "inertia": "kg m^2"}
-_ALLOWED = 1e-9  # of a figure: the error of the designs
+_ALLOWED, _ROUNDING = 1e-9, 1e-14  # of a figure, and of the work exchanged: the error of the designs
 _NARROW = 1e-6  # of a figure: a width that does not count
+_WORKS = ("accumulated_max", "accumulated_min", "energy_fluctuation")
+_BY_WORKS = ("flywheel.approximate", "flywheel.approximate_total")
 
 
 class Ranged(NamedTuple):
@@ -47,24 +49,30 @@ def ranged(seed: int, designs: int = 12) -> Ranged | None:
         return None
     places = [*product((-1, 1), repeat=len(varied)), *([draw.uniform(-1, 1) for _ in varied] for _ in range(designs))]
     reached: dict[str, list[float]] = {}
+    exchanged = 0.0
     for place in places:
         numbers = {path: known[path].number * (1 + SHARE * side) for path, side in zip(varied, place, strict=True)}
-        sized = flywheel.size(scene.with_(numbers), accuracy="normal").as_dict()
+        sizing = flywheel.size(scene.with_(numbers), accuracy="normal")
+        exchanged, sized = max(exchanged, sizing.cycle.exchanged if sizing.cycle else 0.0), sizing.as_dict()
         for key in found.figures:
             if (value := _at(sized, key)) is not None:
                 reached.setdefault(key, []).append(value)
-    return _compared(found.figures, reached)
+    return _compared(found.figures, reached, exchanged)
 
 
-def _compared(figures: dict[str, tuple[float, float]], reached: dict[str, list[float]]) -> Ranged:
+def _compared(figures: dict[str, tuple[float, float]], reached: dict[str, list[float]], exchanged: float) -> Ranged:
+    """Intervals beside what designs reach that exchange no more than some work (J): works may be but rounding of it."""
     widths, outside = [], []
     size = max(map(abs, figures["energy_fluctuation"]))
     total = figures.get("flywheel.approximate_total", (0.0, 0.0))[1]
+    noise = dict.fromkeys(_WORKS, _ROUNDING * exchanged)
+    noise |= dict.fromkeys(_BY_WORKS, _ROUNDING * exchanged * total / size if size else 0.0)
     for key, values in reached.items():
         low, high = figures[key]
         scale = max(abs(low), abs(high), size if key.startswith("accumulated") else total if key.startswith("fly") else 0.0)
         least, most = min(values), max(values)
-        if least < low - _ALLOWED * scale or most > high + _ALLOWED * scale:
+        allowed = _ALLOWED * scale + noise.get(key, 0.0)
+        if least < low - allowed or most > high + allowed:
             outside.append(f"{key}: {least!r} to {most!r}, proven {low!r} to {high!r}")
         if most - least > _NARROW * scale:
             widths.append((high - low) / (most - least))

@@ -618,6 +618,15 @@ def test_a_range_has_a_remark_and_its_interval_in_the_summary(language: str) -> 
     assert {"en": "exact flywheel from", "es": "volante exacto de"}[language] in sentences
 
 
+@pytest.mark.parametrize(("seed", "most"), [(5_000_020, 1.03), (5_000_041, 1.3)])
+def test_intervals_are_little_wider_where_effects_of_numbers_cancel(seed: int, most: float) -> None:
+    """A weight and a balance; a slider-crank whose I* is least at both dead centres, where no length matters."""
+    outcome = ranged(seed, designs=4)
+    assert outcome is not None
+    assert outcome.outside == ()
+    assert max(outcome.widths) < most
+
+
 @pytest.mark.parametrize("seed", sample(range(3_000_000, 3_000_012), 4))
 def test_random_designs_lie_in_the_intervals_over_their_ranges(seed: int) -> None:
     outcome = ranged(seed, designs=2)
