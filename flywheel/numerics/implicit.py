@@ -14,7 +14,7 @@ import flint
 import numpy as np
 from flint import arb, arb_mat, arb_series
 
-from flywheel.numerics.balls import UnprovenError, ball, coefficient, first, key
+from flywheel.numerics.balls import UnprovenError, around, ball, coefficient, first, key, variable
 from flywheel.numerics.jets import Jet
 
 _BOX = 1e-10  # least half width of a box in which a solution is searched for
@@ -216,6 +216,38 @@ def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
     if not (reach.is_finite() and abs(step) < reach):
         raise UnprovenError("an angle at which a load breaks is not proven")
     return middle - step
+
+
+def double_zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any, most: float) -> Any:
+    """The ball of both zeros of a function that only touches zero near an angle (rad), if they are as good as one.
+
+    The slope f' has one zero m there, and f(m + t) = f(m) + f''(X) t²/2: zeros lie within sqrt(2 |f(m)/f''(X)|) of m.
+
+    Args:
+        function: f and its slope at a ball or a series.
+        angle: near the zeros, with the radius of its calculation.
+        most: the greatest distance of the zeros from m, rad.
+
+    Raises UnprovenError where the zero of the slope is not proven, or zeros may be farther away.
+
+    >>> from flywheel.numerics.balls import precision
+    >>> with precision(128, 4):
+    ...     root = double_zero_near(lambda x: (1 - x.cos(), x.sin()), arb(1e-17), 1e-15)
+    ...     root.contains(0), float(root.rad()) < 1e-18
+    (True, True)
+
+    """
+
+    def slope(place: Any) -> tuple[Any, Any]:
+        series = function(variable(place))[1]
+        return series[0], series[1]
+
+    middle = zero_near(slope, angle)
+    bend = slope(around(middle, arb(most)))[1]
+    apart = (2 * ball(function(middle)[0] / bend).abs_upper()).sqrt().upper()
+    if not apart < most:
+        raise UnprovenError("an angle at which a load breaks is not proven")
+    return around(middle, apart)
 
 
 def falling_zero(function: Callable[[Any], Any], slope: Any, start: Any) -> Any:

@@ -28,8 +28,9 @@ from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
 from flywheel.mechanisms.linkage import Unknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
-from flywheel.numerics.implicit import Implicit, falling_zero, zero_near
+from flywheel.numerics.implicit import Implicit, double_zero_near, falling_zero, zero_near
 
+SAME = 2.0**-60  # of two numbers, and of angles in rad: what they agree to within counts as the same
 PRECISIONS = ((80, 20, 1e-17), (128, 24, 1e-25), (192, 32, 1e-34))
 """Bits, order of the polynomials, what cells leave open; the first is too low for most motions."""
 
@@ -41,7 +42,7 @@ _PLACES = 8  # of the cycle, for the sizes of its functions
 _LOOSE = 64.0  # what extremes leave open, over what cells do
 _MOST_CELLS = 550  # of a motion: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its v
-_RANGE = 1e-14  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
+_RANGE = 1e-17  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
 _NEWTON, _SETTLED = 2, 1e-9  # steps towards both at most, and the change of a flywheel after which one more is not needed
 _BRACKET = 4.0  # half the width of a bracket over what a motion in its middle leaves open
@@ -205,14 +206,28 @@ def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:
     Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float at which it began
     has no effect.
     """
-    edges = []
+    return [edge for edge, _ in _edges_of(structure, columns)]
+
+
+def double_edges_of(structure: Structure, columns: Sequence[Any]) -> int:
+    """The number of edges at which a function only touches zero: at most two zeros of it, which count as one."""
+    return sum(double for _, double in _edges_of(structure, columns))
+
+
+def _edges_of(structure: Structure, columns: Sequence[Any]) -> Iterator[tuple[Any, bool]]:
     for angle, formula, zero in marks_of(structure, columns):
-        if zero is not None:
-            function = over_balls(zero)
-            edges.append(zero_near(lambda phi, at=function: at(phi, *columns), angle))  # type: ignore[misc]
-        else:
-            edges.append(balls.ball(over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle)
-    return edges
+        if zero is None:
+            yield balls.ball(over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle, False
+            continue
+        function = partial(lambda at, phi: at(phi, *columns), over_balls(zero))
+        try:
+            edge, double = zero_near(function, angle), False
+        except UnprovenError as simple:
+            try:
+                edge, double = double_zero_near(function, angle, SAME), True
+            except (ArithmeticError, ValueError):  # a series may divide by 0 there
+                raise simple from None
+        yield edge, double
 
 
 def cells_of(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:

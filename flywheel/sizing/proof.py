@@ -37,12 +37,14 @@ from flywheel.sizing.enclosures import (
     MOMENT,
     PRECISIONS,
     ROWS,
+    SAME,
     UNKNOWN,
     Motion,
     Motions,
     Speeds,
     Sums,
     cells_of,
+    double_edges_of,
     edges_of,
     marks_of,
     over_balls,
@@ -54,7 +56,6 @@ from flywheel.sizing.enclosures import (
 )
 from flywheel.sizing.results import WIDTH, Proof
 
-_SAME = 2.0**-60  # of two numbers: what they agree to within counts as the same
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
@@ -182,6 +183,7 @@ def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float
                 width = max(_widths(found, scales).values())
                 if width <= WIDTH:
                     found |= _cycle_over_ranges(scene, structure, columns, ranges, (order, left), scales) if ranges else {}
+                    same += double_edges_of(structure, columns)
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
             except UnprovenError as error:
                 open_still = error
@@ -351,7 +353,7 @@ def _kept(structure: Structure, columns: Sequence[Any]) -> int:
             answer = {"less": negative, "less_equal": negative or zero, "equal": zero}[relation]
             if answer != holds:
                 raise UnprovenError("a decision that the numbers as written take the other way")
-        elif abs(float(ball.mid())) + float(ball.rad()) < _SAME:
+        elif abs(float(ball.mid())) + float(ball.rad()) < SAME:
             same += 1
         else:
             raise UnprovenError("a decision that is open")

@@ -447,6 +447,29 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
     assert proven(scene).reason == "an angle at which a load breaks is not proven"
 
 
+@pytest.mark.parametrize(
+    ("least", "proven"), [("0", True), ("1e-60", True), ("-1e-60", True), ("1e-20", False), ("-1e-20", False)]
+)
+def test_zeros_of_a_function_that_touches_zero_count_as_one_where_none_is_farther_away(least: str, proven: bool) -> None:
+    """Those of f(1 + t) = 1 - cos(t) + c are at about t = ± sqrt(-2 c)."""
+    flint, implicit = extra("flint"), extra("flywheel.numerics.implicit")
+    with balls.precision(256, 4):
+
+        def touching(x: Any) -> tuple[Any, Any]:
+            return 1 - (x - 1).cos() + flint.arb(least), (x - 1).sin()
+
+        near = flint.arb(1, 1e-16)
+        with pytest.raises(balls.UnprovenError, match="an angle at which a load breaks"):
+            implicit.zero_near(touching, near)
+        if proven:
+            root = implicit.double_zero_near(touching, near, 2.0**-60)
+            apart = (-2 * flint.arb(least)).sqrt() if least.startswith("-") else 0
+            assert all(root.contains(1 + side * apart) for side in (-1, 1))
+        else:
+            with pytest.raises(balls.UnprovenError, match="an angle at which a load breaks"):
+                implicit.double_zero_near(touching, near, 2.0**-60)
+
+
 @pytest.mark.parametrize("start", [0, -37, 20.3])
 def test_positions_of_a_table_are_proven_as_the_spline_through_its_rows(start: float) -> None:
     """The reference has the spline's slopes in long doubles; rows begin anywhere, so that a cubic is cut in two at 0."""
