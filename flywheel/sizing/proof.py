@@ -383,8 +383,11 @@ def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float)
     cells = cells_of([lambda phi, walk=walk: walk(phi, *columns) for walk in walks], edges, order, left)  # type: ignore[misc]
     net, effect = (sum(cell.at_end(cell.integral(k)) for cell in cells) for k in (MOMENT, UNKNOWN))
     balance = -net / effect if structure.unknown else 0 * net
-    rows = [(cell.high - cell.low, *(cell.polynomials[k][0] for k in (MOMENT, UNKNOWN))) for cell in cells]
-    exchanged = sum(abs(float(length)) * (abs(float(own)) + abs(float(balance * other))) for length, own, other in rows)
+    exchanged, numbers = 0.0, [float(column) for column in columns]
+    for walk, (low, high) in zip(structure.walks, pairwise(edges), strict=True):
+        sizes = walk.program._replace(outputs=walk.program.outputs[3:5]).only(2).function()
+        by_unknown, others = sizes(float(low + high) / 2, *numbers)
+        exchanged += float(high - low) * (abs(float(balance) * float(by_unknown)) + float(others))
     return Sums(cells, works_of(cells, balance)), balance, effect, exchanged
 
 
