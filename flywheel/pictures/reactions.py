@@ -182,7 +182,7 @@ def _mark(panel: Axes, row: DiagramRow, positions: Array, path: Array, sliding: 
         near.tick_params(labelsize=7)
         near.locator_params(nbins=3)
         near.set_title(_("enlarged, {unit}", unit=row.unit), fontsize=8, pad=3)
-        near.apply_aspect(near.get_axes_locator()(near, None))  # its place in the panel
+        near.apply_aspect(near.get_axes_locator()(near, None))  # type: ignore[arg-type]  # a place needs no renderer
         words.append((near, places[crowd], spots[crowd], []))
     elif corner is None:
         words = [(panel, places, spots, jumps)]
