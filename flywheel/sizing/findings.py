@@ -195,7 +195,7 @@ FINDINGS: tuple[Finding, ...] = (
             lambda s: {name: limit.as_dict() for name, limit in s.limits.items()} or None),
     Finding("flywheel.binding", "", "the limit that determines `exact`; null if none does", "binding"),
     Finding("simulation", "", "the confirmation; see below", _block_of("simulation"),
-            column=Column("irregularity of the speed, with the flywheel that is given", "irregularity", "simulation",
+            column=Column("irregularity of the speed, with the flywheel that is given", "irregularity", "irregularity",
                           _irregularity_of_analysis, "simulation.irregularity")),
     Finding("simulation.irregularity", "", "of the motion with the exact or given flywheel"),
     Finding("simulation.irregularity_approximate", "", "with the approximate flywheel at the same mean of extremes"),
@@ -409,6 +409,8 @@ def _figure_errors(sizing: Sizing, of_drive: tuple[float, float] | None) -> dict
     areas = None if work is None else work + 2 * residue
     errors: dict[str, float | None] = {
         **error._asdict(),
+        "simulation": None if error.simulation is None else max(error.simulation, error.period or 0.0),
+        "irregularity": error.simulation,
         "approximate_total": error.approximate,
         "speed": speed,
         "balance": None,

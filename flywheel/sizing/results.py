@@ -223,7 +223,8 @@ class SelectedWheel(NamedTuple):
 class Errors(NamedTuple):
     """Estimated errors, relative to the figures' scales; None for a missing figure.
 
-    Those of angles are in rad: `angles` of the ends of areas, `extremes` of the angles of greatest and least speed.
+    `simulation` is that of the irregularities and of what confirms them. Those of angles are in rad: `angles` of the ends of
+    areas, `extremes` of the angles of greatest and least speed.
     """
 
     exact: float | None = None
