@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT, root_of_squares
+from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT, by_all_rounding
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -199,10 +199,10 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_direc
     by_chance, shifted = _by_angles(values[:2, 1:_LAST], phi)
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
-    net = whole[0] + root_of_squares(rounding[0], shifted[0], by_chance[0])
-    by_rounding = root_of_squares(spread[1] * rounding[0], spread[0] * shifted[0], spread[0] ** 2 * by_chance[0])
+    net = whole[0] + by_all_rounding(rounding[0], shifted[0], by_chance[0])
+    by_rounding = by_all_rounding(spread[1] * rounding[0], spread[0] * shifted[0], spread[0] ** 2 * by_chance[0])
     work = spread[0] * (whole[0] + left_inside[0]) + by_rounding
-    by_rounding = root_of_squares(0.5 * rounding[1], 0.5 * shifted[1], 0.5 * by_chance[1])
+    by_rounding = by_all_rounding(0.5 * rounding[1], 0.5 * shifted[1], 0.5 * by_chance[1])
     variation = 0.5 * (whole[1] + np.abs(start[1, -1])) + left_inside[1] + by_rounding
     of_start = by_cell[1, 0] + turning_moment.START_ROUNDING * sizes[0]
     of_start += (SHIFT + BY_ANGLES * edges[1]) * values[4, :, 0].max(axis=0)

@@ -46,7 +46,7 @@ from flywheel.regime.turning_moment import (
     MOMENT_ROUNDING,
     SHIFT,
     START_ROUNDING,
-    root_of_squares,
+    by_all_rounding,
     spread_of,
 )
 
@@ -73,7 +73,7 @@ def _inlined(function: Function) -> Function:
     return machine_code
 
 
-_tail, _spread_of, _root_of_squares = (_inlined(function) for function in (cells.tail, spread_of, root_of_squares))
+_tail, _spread_of, _by_all_rounding = (_inlined(function) for function in (cells.tail, spread_of, by_all_rounding))
 
 
 # -- programs in lanes -----------------------------------------------------------------------------------------------------
@@ -362,7 +362,7 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, by_d
         end = cellwise[0, _END // _L, i]
         rise, most, steep = 0.0, 0.0, 0.0
         for k in range(ORDER):
-            rise += _TO_MIDDLE[k] * series[0, ORDER + k, i]
+            rise += _TO_MIDDLE[k] * series[0, 1, k, i]
             most, steep = max(most, abs(values[0, 2, k + 1, i])), max(steep, values[0, 4, k + 1, i])
         half, right = cellwise[0, _HALF // _L, i], cellwise[0, _RIGHT // _L, i]
         out[_START_AT, i] = values[0, 2, 1 + ORDER // 2, i] - half * rise
@@ -373,14 +373,14 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, by_d
         spread = out[_WORK_ERROR, i]
         _, of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
         rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + i], SHIFT * c[_SWING + i], BY_ANGLES**2 * c[_SHIFTED + i]
-        out[_OF_NET, i] = c[_CUT + i] + _root_of_squares(rounding, shift, squares)  # all of every cell
+        out[_OF_NET, i] = c[_CUT + i] + _by_all_rounding(rounding, shift, squares)  # all of every cell
         out[_WORK_ERROR, i] = spread * c[_CUT + i]
-        out[_WORK_ERROR, i] += _root_of_squares(of_exchange * rounding, spread * shift, spread**2 * squares)
+        out[_WORK_ERROR, i] += _by_all_rounding(of_exchange * rounding, spread * shift, spread**2 * squares)
         out[_WORK_ERROR, i] += 0.5 * by_directions[i] * math.sqrt(end * abs(c[_AREA + i]))
         k = _L + i
         rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + k], SHIFT * c[_SWING + k], BY_ANGLES**2 * c[_SHIFTED + k]
         out[_VARIATION, i] = c[_CUT + k] + 0.5 * abs(cellwise[number - 1, _STOP // _L + 1, i])
-        out[_VARIATION, i] += _root_of_squares(0.5 * rounding, 0.5 * shift, 0.5 * squares)
+        out[_VARIATION, i] += _by_all_rounding(0.5 * rounding, 0.5 * shift, 0.5 * squares)
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
 

@@ -42,12 +42,12 @@ class CycleErrors(NamedTuple):
     `work` and `variation` hold for every difference of two values within the cycle, W - W(0) among them.
 
     Interpolation errors, each more than the truncation of its series, add up over the cells, but for what is left inside
-    those of the two values. Three more add up by chance, so that together they are the root of the sum of their squares:
-    the rounding of values, at most 4 units of the terms of their sums; the effect of rounded lengths and angles of the
-    scene, at most that of a shift of the crank by 3 units; and that of the rounding of each node's angle, itself a sum of
-    independent shares, of 5.2 deviations. On 700 random machines the errors of works measured in extended precision were at
-    most 0.6 of these. As I* is the same after a cycle, its error between two places is the opposite of that along the rest
-    of the cycle, to within what the sum leaves: of the two, half of all errors at most.
+    those of the two values. So does the effect of rounded lengths and angles of the scene, at most that of a shift of the
+    crank by 3 units, which is one and the same all along the cycle. Two more add up by chance, so that together they are the
+    root of the sum of their squares: the rounding of values, at most 4 units of the terms of their sums; and that of the
+    rounding of each node's angle, itself a sum of independent shares, of 5.2 deviations. As I* is the same after a cycle,
+    its error between two places is the opposite of that along the rest of the cycle, to within what the sum leaves: of the
+    two, half of all errors at most.
 
     `start` is the error of I*(0), the value at the middle of the first cell less the integral of dI*/dphi up to there: that
     of one value, at 8 units of it, with rounded geometry and its rounded angle, and of the interpolation in that cell.
@@ -255,10 +255,10 @@ def assembled(
     anywhere, shift, by_chance = each.sum(axis=-1), shifted.sum(axis=-1), squares.sum(axis=-1)
     exchanged, rounding = cells.number(exchanges[0].sum(axis=-1)), MOMENT_ROUNDING * exchanges.sum(axis=-1)
     left_inside, gap = two_largest(inside), np.abs(start[1, ..., -1])
-    net = cells.number(anywhere[0] + root_of_squares(rounding[0], shift[0], by_chance[0]))
-    by_rounding = root_of_squares(spread[1] * rounding[0], spread[0] * shift[0], spread[0] ** 2 * by_chance[0])
+    net = cells.number(anywhere[0] + by_all_rounding(rounding[0], shift[0], by_chance[0]))
+    by_rounding = by_all_rounding(spread[1] * rounding[0], spread[0] * shift[0], spread[0] ** 2 * by_chance[0])
     work = cells.number(spread[0] * (anywhere[0] + left_inside[0]) + by_rounding)
-    by_rounding = root_of_squares(0.5 * rounding[1], 0.5 * shift[1], 0.5 * by_chance[1])
+    by_rounding = by_all_rounding(0.5 * rounding[1], 0.5 * shift[1], 0.5 * by_chance[1])
     variation = cells.number(0.5 * (anywhere[1] + gap) + left_inside[1] + by_rounding)
     at_start = by_cell[1, ..., 0] + START_ROUNDING * peaks[1, ..., 0]
     at_start = at_start + (SHIFT + BY_ANGLES * mesh.edges[..., 1]) * peaks[3, ..., 0]
@@ -300,9 +300,9 @@ def assembled(
     )
 
 
-def root_of_squares(rounding: Any, shift: Any, squares: Any) -> Any:
+def by_all_rounding(values: Any, geometry: Any, squares: Any) -> Any:
     """The error by rounded values, rounded geometry and rounded angles, whose squares are given; see `CycleErrors`."""
-    return np.sqrt(rounding * rounding + shift * shift + squares)
+    return geometry + np.sqrt(values * values + squares)
 
 
 def two_largest(inside: Array) -> Array:
@@ -468,7 +468,7 @@ def errors_of_differences(
             between = [row[end] - row[first] for row in parts]
             beyond = [row[-1] - row[start] + row[last] for row in parts]
             (work, work_beyond), (inertia, inertia_beyond) = (
-                [way[k] + sqrt(way[2 + k] ** 2 + way[4 + k] ** 2 + way[6 + k]) for way in (between, beyond)] for k in (0, 1)
+                [way[k] + way[4 + k] + sqrt(way[2 + k] ** 2 + way[6 + k]) for way in (between, beyond)] for k in (0, 1)
             )
             of_work = max((1.0 - s) * work + s * work_beyond for s in (between[8], parts[8][start] - parts[8][last]))
             of_work += cycle.errors.turned

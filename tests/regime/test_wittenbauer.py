@@ -221,7 +221,7 @@ def test_a_cell_without_an_extreme_hardly_counts_but_covers_its_error(middle, ba
 
 
 def test_cells_in_which_extremes_may_lie_count_on_both_sides():
-    """Errors of 6 J, 12 J ... in six cells: the greatest in the second, the least where the fourth ends."""
+    """Errors of 8 J, 16 J ... in six cells: the greatest in the second, the least where the fourth ends."""
     mesh = piecewise.cells(np.arange(7.0))
     values = np.stack([mesh.phi - 3.0, 0 * mesh.phi, 1 + 0 * mesh.phi, 0 * mesh.phi, 0 * mesh.phi])
     cycle = turning_moment.assembled(mesh, values, None)
@@ -231,7 +231,7 @@ def test_cells_in_which_extremes_may_lie_count_on_both_sides():
     extremes = turning_moment.combined(cycle, np.array([[1.0, 0.0]]))[0]
     extremes = extremes._replace(greatest_error=np.zeros(1), least_error=np.ones(1))
     extremes = extremes._replace(earliest=np.array([[1.3], [4.0]]), latest=np.array([[1.6], [4.0]]))
-    between, beyond, share = 6 * (2 + 4 + 8), 6 * (1 + 2 + 16 + 32), 3 / 6
+    between, beyond, share = 8 * (2 + 4 + 8), 8 * (1 + 2 + 16 + 32), 3 / 6
     pair = [((0, 0), (0.0, 0.0))]
     assert turning_moment.errors_of_differences(cycle, extremes, pair)[0] == pytest.approx(
         (1 - share) * between + share * beyond + 1
