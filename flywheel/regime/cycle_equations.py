@@ -194,7 +194,8 @@ def periodic(
         settled = size <= _LAST_STEP or (
             stays and final and size <= max(_UNCONVERGED_STEP, equations.rounding_step(state, change))
         )
-        left = 0.0 if settled or last >= 1.0 else min(size / last, 1.0) * size  # at most: steps shorten faster and faster
+        shortens = not settled and 0.0 < last < 1.0
+        left = min(size / last, 1.0) * size if shortens else 0.0  # at most: steps shorten faster and faster
         settled |= 0.0 < left < within
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
             high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))

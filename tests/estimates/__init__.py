@@ -5,5 +5,5 @@
 The route is that of `tests/oracle`.
 
 Seed 1: 1000 scenes, 273 with torques that depend on speed; 22 074 figures, none further off than its estimate (and half a
-unit of a double's last place). Estimate over true error: 19 in the median, 35 for exact flywheels, 33 for irregularities.
+unit of a double's last place). Estimate over true error: 23 in the median, 41 for exact flywheels, 37 for irregularities.
 """
