@@ -18,7 +18,7 @@ from flywheel.machine.programs import DesignValues
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT, by_all_rounding
+from flywheel.regime.turning_moment import BY_ANGLES, MOMENT_ROUNDING, SHIFT, root_of_squares
 
 WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
@@ -195,15 +195,15 @@ def assembled(edges: Array, values: Array, spread: tuple[Array, Array], by_direc
     tails, of_whole = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
     by_cell = TAIL_OF_INTEGRAL * tails[:2] * half
     inside = by_cell * (1.0 - of_whole[:2])
-    whole, left_inside = (by_cell - inside).sum(axis=1), turning_moment.two_largest(inside.swapaxes(1, 2))
     by_chance, shifted = _by_angles(values[:2, 1:_LAST], phi)
+    whole, left_inside = (by_cell - inside).sum(axis=1) + shifted, turning_moment.two_largest(inside.swapaxes(1, 2))
     slopes, sizes = np.abs(values[1:3]).max(axis=1)
     inertias = tails[2] + turning_moment.INERTIA_ROUNDING * sizes + 2 * ROUNDING * end * slopes
-    net = whole[0] + by_all_rounding(rounding[0], shifted[0], by_chance[0])
-    by_rounding = by_all_rounding(spread[1] * rounding[0], spread[0] * shifted[0], spread[0] ** 2 * by_chance[0])
-    work = spread[0] * (whole[0] + left_inside[0]) + by_rounding
-    by_rounding = by_all_rounding(0.5 * rounding[1], 0.5 * shifted[1], 0.5 * by_chance[1])
-    variation = 0.5 * (whole[1] + np.abs(start[1, -1])) + left_inside[1] + by_rounding
+    net = whole[0] + root_of_squares(rounding[0], by_chance[0])
+    work = spread[0] * (whole[0] + left_inside[0])
+    work += root_of_squares(spread[1] * rounding[0], spread[0] ** 2 * by_chance[0])
+    variation = 0.5 * (whole[1] + np.abs(start[1, -1])) + left_inside[1]
+    variation += root_of_squares(0.5 * rounding[1], 0.5 * by_chance[1])
     of_start = by_cell[1, 0] + turning_moment.START_ROUNDING * sizes[0]
     of_start += (SHIFT + BY_ANGLES * edges[1]) * values[4, :, 0].max(axis=0)
     at_start = values[2, 1 + cells.MIDDLE, 0] - cells.TO_MIDDLE @ series[1, :, 0] * half[0]

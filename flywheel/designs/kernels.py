@@ -46,7 +46,7 @@ from flywheel.regime.turning_moment import (
     MOMENT_ROUNDING,
     SHIFT,
     START_ROUNDING,
-    by_all_rounding,
+    root_of_squares,
     spread_of,
 )
 
@@ -73,7 +73,7 @@ def _inlined(function: Function) -> Function:
     return machine_code
 
 
-_tail, _spread_of, _by_all_rounding = (_inlined(function) for function in (cells.tail, spread_of, by_all_rounding))
+_tail, _spread_of, _root_of_squares = _inlined(cells.tail), _inlined(spread_of), _inlined(root_of_squares)
 
 
 # -- programs in lanes -----------------------------------------------------------------------------------------------------
@@ -372,15 +372,15 @@ def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, by_d
         out[_EXCHANGED, i], out[_INERTIA_ERROR, i], out[_LARGEST, i] = c[_SIZE + i], c[_WORST + i], c[_MOST + i]
         spread = out[_WORK_ERROR, i]
         _, of_exchange = _spread_of(1.0, 2.0 * spread - 1.0, out[_OF_NET, i] / max(c[_SIZE + i], 1e-300))
-        rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + i], SHIFT * c[_SWING + i], BY_ANGLES**2 * c[_SHIFTED + i]
-        out[_OF_NET, i] = c[_CUT + i] + _by_all_rounding(rounding, shift, squares)  # all of every cell
-        out[_WORK_ERROR, i] = spread * c[_CUT + i]
-        out[_WORK_ERROR, i] += _by_all_rounding(of_exchange * rounding, spread * shift, spread**2 * squares)
+        anywhere, rounding = c[_CUT + i] + SHIFT * c[_SWING + i], MOMENT_ROUNDING * c[_SIZE + i]
+        squares = BY_ANGLES**2 * c[_SHIFTED + i]
+        out[_OF_NET, i] = anywhere + _root_of_squares(rounding, squares)  # all of every cell
+        out[_WORK_ERROR, i] = spread * anywhere + _root_of_squares(of_exchange * rounding, spread**2 * squares)
         out[_WORK_ERROR, i] += 0.5 * by_directions[i] * math.sqrt(end * abs(c[_AREA + i]))
         k = _L + i
-        rounding, shift, squares = MOMENT_ROUNDING * c[_SIZE + k], SHIFT * c[_SWING + k], BY_ANGLES**2 * c[_SHIFTED + k]
-        out[_VARIATION, i] = c[_CUT + k] + 0.5 * abs(cellwise[number - 1, _STOP // _L + 1, i])
-        out[_VARIATION, i] += _by_all_rounding(0.5 * rounding, 0.5 * shift, 0.5 * squares)
+        once = SHIFT * c[_SWING + k] + abs(cellwise[number - 1, _STOP // _L + 1, i])
+        rounding, squares = MOMENT_ROUNDING * c[_SIZE + k], BY_ANGLES**2 * c[_SHIFTED + k]
+        out[_VARIATION, i] = c[_CUT + k] + 0.5 * once + _root_of_squares(0.5 * rounding, 0.5 * squares)
         out[_MEAN_AT, i] = c[_AREA + i] / end
         out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
 

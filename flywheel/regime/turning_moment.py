@@ -54,10 +54,10 @@ class CycleErrors(NamedTuple):
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells), `inside` the part of it
     that only places inside the cell have, not its ends, `left` (2) the most that two places have of that; `net` is the error
-    of the net work (J), from which a balance follows; `inertias` that of I* itself in each cell. `parts` (9, cells + 1) are
-    sums up to each edge: in twos, of W and of I*, of the errors by interpolation, by rounded values and by rounded geometry
-    and of the squares of those by rounded angles; and of the cells' shares of the balance, where these are known and of one
-    sign.
+    of the net work (J), from which a balance follows; `inertias` that of I* itself in each cell. `parts` (7, cells + 1) are
+    sums up to each edge: in twos, of W and of I*, of the errors by interpolation and rounded geometry, of those by rounded
+    values and of the squares of those by rounded angles; and of the cells' shares of the balance, where these are known and
+    of one sign.
 
     `turned` (J) is the effect of rounded directions of weights and of their paths on any difference of two values of W: each
     changes a force by one share all along the cycle, so that d g of `families.by_directions` does no work in it, and half of
@@ -245,21 +245,19 @@ def assembled(
     swings = swings.reshape(values[:2].shape)
     moved = BY_ANGLES * swings * mesh.phi
     squares = (moved * moved).sum(axis=-1)
-    each, shifted = by_cell - inside, SHIFT * np.abs(swings).sum(axis=-1)
-    exchanges = cells.integral(values[3:], mesh.half)
+    each = by_cell - inside + SHIFT * np.abs(swings).sum(axis=-1)
+    rounded = MOMENT_ROUNDING * cells.integral(values[3:], mesh.half)
     parts = None
     if shares is not None:
-        parts = np.zeros((9, mesh.edges.size))
-        by_cells = each, MOMENT_ROUNDING * exchanges, shifted, squares, shares[None]
-        np.concatenate(by_cells).cumsum(axis=-1, out=parts[:, 1:])
-    anywhere, shift, by_chance = each.sum(axis=-1), shifted.sum(axis=-1), squares.sum(axis=-1)
-    exchanged, rounding = cells.number(exchanges[0].sum(axis=-1)), MOMENT_ROUNDING * exchanges.sum(axis=-1)
+        parts = np.zeros((7, mesh.edges.size))
+        np.concatenate((each, rounded, squares, shares[None])).cumsum(axis=-1, out=parts[:, 1:])
+    anywhere, by_chance, rounding = each.sum(axis=-1), squares.sum(axis=-1), rounded.sum(axis=-1)
     left_inside, gap = two_largest(inside), np.abs(start[1, ..., -1])
-    net = cells.number(anywhere[0] + by_all_rounding(rounding[0], shift[0], by_chance[0]))
-    by_rounding = by_all_rounding(spread[1] * rounding[0], spread[0] * shift[0], spread[0] ** 2 * by_chance[0])
-    work = cells.number(spread[0] * (anywhere[0] + left_inside[0]) + by_rounding)
-    by_rounding = by_all_rounding(0.5 * rounding[1], 0.5 * shift[1], 0.5 * by_chance[1])
-    variation = cells.number(0.5 * (anywhere[1] + gap) + left_inside[1] + by_rounding)
+    net = cells.number(anywhere[0] + root_of_squares(rounding[0], by_chance[0]))
+    of_work = root_of_squares(spread[1] * rounding[0], spread[0] ** 2 * by_chance[0])
+    work = cells.number(spread[0] * (anywhere[0] + left_inside[0]) + of_work)
+    of_variation = root_of_squares(0.5 * rounding[1], 0.5 * by_chance[1])
+    variation = cells.number(0.5 * (anywhere[1] + gap) + left_inside[1] + of_variation)
     at_start = by_cell[1, ..., 0] + START_ROUNDING * peaks[1, ..., 0]
     at_start = at_start + (SHIFT + BY_ANGLES * mesh.edges[..., 1]) * peaks[3, ..., 0]
     to_middle = (series[1, ..., 0, :] @ cells.TO_MIDDLE) * mesh.half[..., 0, 0]
@@ -280,7 +278,7 @@ def assembled(
         inertia_at_start=cells.number(values[2, ..., 0, cells.MIDDLE] - to_middle),
         balance=balance,
         net=cells.number(start[0, ..., -1]),
-        exchanged=exchanged,
+        exchanged=cells.number(rounding[0] / MOMENT_ROUNDING),
         noise=noise,
         errors=CycleErrors(
             work,
@@ -300,9 +298,9 @@ def assembled(
     )
 
 
-def by_all_rounding(values: Any, geometry: Any, squares: Any) -> Any:
-    """The error by rounded values, rounded geometry and rounded angles, whose squares are given; see `CycleErrors`."""
-    return geometry + np.sqrt(values * values + squares)
+def root_of_squares(rounding: Any, squares: Any) -> Any:
+    """The error by rounded values and by rounded angles, whose squares are given, by chance; see `CycleErrors`."""
+    return np.sqrt(rounding * rounding + squares)
 
 
 def two_largest(inside: Array) -> Array:
@@ -468,9 +466,9 @@ def errors_of_differences(
             between = [row[end] - row[first] for row in parts]
             beyond = [row[-1] - row[start] + row[last] for row in parts]
             (work, work_beyond), (inertia, inertia_beyond) = (
-                [way[k] + way[4 + k] + sqrt(way[2 + k] ** 2 + way[6 + k]) for way in (between, beyond)] for k in (0, 1)
+                [way[k] + sqrt(way[2 + k] ** 2 + way[4 + k]) for way in (between, beyond)] for k in (0, 1)
             )
-            of_work = max((1.0 - s) * work + s * work_beyond for s in (between[8], parts[8][start] - parts[8][last]))
+            of_work = max((1.0 - s) * work + s * work_beyond for s in (between[6], parts[6][start] - parts[6][last]))
             of_work += cycle.errors.turned
             off = min(off, of_work + max(factors) * min(inertia, inertia_beyond + gap))
         off += abs(factors[0] - factors[1]) * cycle.errors.variation

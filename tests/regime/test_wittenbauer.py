@@ -221,17 +221,19 @@ def test_a_cell_without_an_extreme_hardly_counts_but_covers_its_error(middle, ba
 
 
 def test_cells_in_which_extremes_may_lie_count_on_both_sides():
-    """Errors of 8 J, 16 J ... in six cells: the greatest in the second, the least where the fourth ends."""
+    """Errors of 1 J, 2 J ... in six cells, and by rounding: the greatest in the second, the least where the fourth ends."""
     mesh = piecewise.cells(np.arange(7.0))
     values = np.stack([mesh.phi - 3.0, 0 * mesh.phi, 1 + 0 * mesh.phi, 0 * mesh.phi, 0 * mesh.phi])
     cycle = turning_moment.assembled(mesh, values, None)
-    parts, doubled = np.zeros((9, 7)), np.cumsum(2.0 ** np.arange(6))
-    parts[0, 1:], parts[2, 1:], parts[4, 1:], parts[8, 1:] = doubled, 3 * doubled, 4 * doubled, np.arange(1, 7) / 6
+    parts, doubled, squares = np.zeros((7, 7)), np.cumsum(2.0 ** np.arange(6)), np.cumsum(100 * 4.0 ** np.arange(6))
+    parts[0, 1:], parts[2, 1:], parts[4, 1:], parts[6, 1:] = doubled, 3 * doubled, squares, np.arange(1, 7) / 6
     cycle = cycle._replace(errors=cycle.errors._replace(work=1000.0, inside=np.zeros((2, 6)), left=np.zeros(2), parts=parts))
     extremes = turning_moment.combined(cycle, np.array([[1.0, 0.0]]))[0]
     extremes = extremes._replace(greatest_error=np.zeros(1), least_error=np.ones(1))
     extremes = extremes._replace(earliest=np.array([[1.3], [4.0]]), latest=np.array([[1.6], [4.0]]))
-    between, beyond, share = 8 * (2 + 4 + 8), 8 * (1 + 2 + 16 + 32), 3 / 6
+    between = 2 + 4 + 8 + np.sqrt((3 * (2 + 4 + 8)) ** 2 + 100 * (4 + 16 + 64))
+    beyond = 1 + 2 + 16 + 32 + np.sqrt((3 * (1 + 2 + 16 + 32)) ** 2 + 100 * (1 + 4 + 256 + 1024))
+    share = 3 / 6
     pair = [((0, 0), (0.0, 0.0))]
     assert turning_moment.errors_of_differences(cycle, extremes, pair)[0] == pytest.approx(
         (1 - share) * between + share * beyond + 1
