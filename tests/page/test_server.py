@@ -679,7 +679,7 @@ def test_what_takes_too_long_is_ended_with_its_process_and_another_one_begins(
     workers: Workers, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workers._quick, "seconds", 0.0)
-    told = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " "), "a", False))
+    told = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " ", rest=True), "a", False))
     assert told["answer"] is None
     assert "has not ended" in told["faults"][0]["message"]
     edits = [{"path": "title", "value": "Mine"}]
