@@ -619,7 +619,8 @@ class _Search(NamedTuple):
 
     def lighter_motion(self, inertia: float, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
         """An intermediate motion with a flywheel heavier than the required one; kept for the next search."""
-        kept, key = self.machine.kept.setdefault("lighter_motions", {}), (self.reference, self.demand.speed, inertia)
+        kept = self.machine.kept.setdefault("lighter_motions", {})
+        key = self.machine.mesh.tobytes(), self.reference, self.demand.speed, unknown, inertia  # a copy may have other cells
         if key not in kept:
             search = self.with_flywheel(inertia).to_others()
             kept[key] = search.from_nothing(inertia, unknown) if other is None else search.from_another(other)
