@@ -118,15 +118,13 @@ def interval(u: Any) -> Interval:
     return u if isinstance(u, Interval) else Interval(u, u)
 
 
-def _outward(lo: Any, hi: Any) -> Interval:
-    """One unit in the last place outward; zero stays zero, since sums and products reach it exactly or by underflow."""
-    return Interval(np.nextafter(lo, np.where(lo == 0, 0.0, -np.inf)), np.nextafter(hi, np.where(hi == 0, 0.0, np.inf)))
+def _outward(lo: Any, hi: Any, share: float = _EPS) -> Interval:
+    """Ends moved outward by a share of their size: a unit in the last place or two, or the error of a function.
 
-
-def _loosely(lo: Any, hi: Any) -> Interval:
-    """Ends moved outward by the error of an elementary function."""
-    lo, hi = lo * (1 - np.copysign(_LOOSE, lo)), hi * (1 + np.copysign(_LOOSE, hi))
-    return Interval(np.minimum(lo, _GREATEST), np.maximum(hi, -_GREATEST))  # what overflows is only known to be large
+    Zero stays zero, since sums and products reach it exactly or by underflow, and what overflows is only known to be large.
+    """
+    lo, hi = lo * (1 - np.copysign(share, lo)), hi * (1 + np.copysign(share, hi))
+    return Interval(np.minimum(lo, _GREATEST), np.maximum(hi, -_GREATEST))
 
 
 def _hull(*ends: Any) -> Interval:
@@ -153,7 +151,7 @@ def _increasing(function: Callable[[Any], Any], least: float = -np.inf, most: fl
     def enclose(u: Any) -> Interval:
         lo, hi = _ends(u)
         with np.errstate(all="ignore"):
-            return _loosely(function(np.clip(lo, least, most)), function(np.clip(hi, least, most)))
+            return _outward(function(np.clip(lo, least, most)), function(np.clip(hi, least, most)), _LOOSE)
 
     return enclose
 
@@ -172,7 +170,7 @@ def _wave(function: Callable[[Any], Any], peak: float) -> Callable[[Any], Interv
         u = interval(u)
         with np.errstate(invalid="ignore"):  # an infinite end
             low, high = function(u.lo), function(u.hi)
-        ends = _loosely(np.minimum(low, high), np.maximum(low, high))
+        ends = _outward(np.minimum(low, high), np.maximum(low, high), _LOOSE)
         lo = np.where(_holds(u, peak + np.pi, 2 * np.pi), -1.0, np.maximum(ends.lo, -1.0))
         return Interval(lo, np.where(_holds(u, peak, 2 * np.pi), 1.0, np.minimum(ends.hi, 1.0)))
 
@@ -183,19 +181,19 @@ def _tan(u: Any) -> Interval:
     u = interval(u)
     pole = _holds(u, np.pi / 2, np.pi)
     with np.errstate(invalid="ignore"):  # an infinite end
-        ends = _loosely(np.tan(u.lo), np.tan(u.hi))
+        ends = _outward(np.tan(u.lo), np.tan(u.hi), _LOOSE)
     return Interval(np.where(pole, -np.inf, ends.lo), np.where(pole, np.inf, ends.hi))
 
 
 def _acos(u: Any) -> Interval:
     lo, hi = _ends(u)
-    return _loosely(np.arccos(np.clip(hi, -1.0, 1.0)), np.arccos(np.clip(lo, -1.0, 1.0)))
+    return _outward(np.arccos(np.clip(hi, -1.0, 1.0)), np.arccos(np.clip(lo, -1.0, 1.0)), _LOOSE)
 
 
 def _log(u: Any) -> Interval:
     lo, hi = _ends(u)
     with np.errstate(divide="ignore"):
-        return _loosely(np.log(np.maximum(lo, 0.0)), np.log(np.maximum(hi, 5e-324)))
+        return _outward(np.log(np.maximum(lo, 0.0)), np.log(np.maximum(hi, 5e-324)), _LOOSE)
 
 
 def _atan2(y: Any, x: Any) -> Interval:
@@ -203,7 +201,7 @@ def _atan2(y: Any, x: Any) -> Interval:
     (ylo, yhi), (xlo, xhi) = _ends(y), _ends(x)
     ylo, yhi = ylo + 0.0, yhi + 0.0  # no negative zeros, which lie below the cut
     corners = [np.arctan2(end, side) for end in (ylo, yhi) for side in (xlo, xhi)]
-    angle = _loosely(np.minimum.reduce(corners), np.maximum.reduce(corners))
+    angle = _outward(np.minimum.reduce(corners), np.maximum.reduce(corners), _LOOSE)
     turning = (ylo <= 0) & (yhi >= 0) & (xlo <= 0) & ((ylo < 0) | (xhi >= 0))
     turn = np.pi * (1 + _EPS)
     return Interval(np.where(turning, -turn, angle.lo), np.where(turning, turn, angle.hi))
@@ -222,7 +220,7 @@ def _power(u: Any, exponent: Any) -> Interval:
     elif number % 1:
         lo, hi = np.maximum(lo, 0.0), np.maximum(hi, 0.0)
     with np.errstate(all="ignore"):
-        return _loosely(np.power(lo, number), np.power(hi, number))
+        return _outward(np.power(lo, number), np.power(hi, number), _LOOSE)
 
 
 def _abs(u: Any) -> Interval:
