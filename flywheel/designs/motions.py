@@ -196,9 +196,7 @@ class DesignMoments(SeveralMoments):
         return drive, by_speed
 
     def net_works(self, speeds: Array) -> Array:
-        """Net works (J) of a cycle run at constant crank speeds (speeds, designs), without an unknown."""
-        if self.lossy:
-            return np.stack([self.total(self.constant(speed, 0.0).moment) for speed in speeds])
+        """Net works (J) of a cycle run at constant crank speeds (speeds, designs), without mesh losses and unknown."""
         works = self.total(self.still) - self.total(self.resistance) * speeds
         for part, late, rows in self._groups:
             half = self.mesh.half[:, part]
@@ -208,6 +206,20 @@ class DesignMoments(SeveralMoments):
                 wide = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, (1, 1)))
                 works[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
         return np.asarray(works)
+
+    def with_losses(self, speeds: Array, works: Array, row: Index) -> Array:
+        """Net works (J) less the losses in meshes, from those without at speeds (speeds, designs), from a row of each down.
+
+        They go down to the first speed at which a design gains, and stay without losses below that; none with a row of -1.
+        """
+        works, every, gains = works.copy(), np.arange(works.shape[1]), row < 0
+        while not gains.all():
+            place = row.clip(0, len(works) - 1)
+            net = self.total(self.constant(speeds[place, every], 0.0).moment)
+            works[place, every] = np.where(gains, works[place, every], net)
+            gains = gains | ((row < len(works)) & (net > 0.0)) | (row == 0)
+            row = row - ~gains
+        return works
 
     def total(self, values: Array) -> Array:
         """The integral over the cycle of values at the nodes."""
@@ -235,12 +247,17 @@ def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> 
     """
     if moments.machine.scene.unknown is not None:
         return targets, *closed(moments, targets, np.zeros_like(targets))[1:]
-    tried = constant_speed.speeds_to_try(numbers[0], numbers[1:])
-    works = moments.thinned().net_works(tried)
+    tried, thinned = constant_speed.speeds_to_try(numbers[0], numbers[1:]), moments.thinned()
+    works = lossless = thinned.net_works(tried)
+    above = len(works) - (works[::-1] > 0.0).argmax(axis=0)  # losses only take: from the second row on no speed gains
+    if moments.lossy:
+        works = thinned.with_losses(tried, works, np.where((works > 0.0).any(axis=0), above + 1, -1))
     before, after = works[:-1], works[1:]
     stable = (before > 0.0) & (after <= 0.0)
-    good = stable.any(axis=0) & np.isfinite(works).all(axis=0) & ~constant_speed.humped(works)[1].any(axis=0)
-    row, design = stable.shape[0] - 1 - stable[::-1].argmax(axis=0), np.arange(targets.size)
+    row, design = len(stable) - 1 - stable[::-1].argmax(axis=0), np.arange(targets.size)
+    inner = np.arange(1, len(stable))[:, None]
+    peaks = np.where(inner > above, constant_speed.humped(lossless)[1], constant_speed.humped(works)[1])
+    good = stable.any(axis=0) & np.isfinite(lossless).all(axis=0) & ~(peaks & (inner > row)).any(axis=0)
     low, high, gained, lost = tried[row, design], tried[row + 1, design], before[row, design], after[row, design]
     start = low + (high - low) * gained / np.where(good, gained - lost, 1.0)
     speed, unknown, solved = closed(moments, start, np.zeros_like(start), low * (1.0 - _BEYOND), high * (1.0 + _BEYOND))
