@@ -58,7 +58,8 @@ Start = Callable[..., State | None]
 
 _READING_ERROR = 4 * ROUNDING  # of a figure that is the scene's own
 _SPEED_STEPS = 60  # of Newton's method towards a constant speed, within its bracket
-_BEYOND = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes tell
+_BEYOND = 1e-2  # of a speed: how far a root may lie beside the bracket that a few nodes give
+_CLOSED = 1e-9  # of a speed: step towards the root from one that is at it, and not at an end of the bracket
 _LIGHT = 1e-3  # of the machine's own inertia: the least start of the iteration for a flywheel
 _FADING = 2.0  # exponent in a cycle from which a motion may be near the speeds at which torques balance
 _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behind a jump; halvings towards it
@@ -267,7 +268,7 @@ def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> 
 def closed(
     moments: DesignMoments, speed: Array, unknown: Array, low: Any = 0.0, high: Any = np.inf
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """The constant speeds (rad/s) near some at which the net work is zero, or the unknowns; and which were found."""
+    """The constant speeds (rad/s) near some at which the net work is zero, or the unknowns; and which of them are roots."""
     balanced = moments.machine.scene.unknown is not None
     for _ in range(_SPEED_STEPS):
         rate = moments.constant(speed, unknown[:, None, None])
@@ -282,10 +283,11 @@ def closed(
             low, high, good = np.where(net >= 0.0, speed, low), np.where(net <= 0.0, speed, high), slope < 0.0
             closer = speed - net / np.where(good, slope, -1e-300)
             closer = np.where((closer >= low) & (closer <= high), closer, 0.5 * (low + high))
-            near, speed = np.abs(closer - speed) <= 4 * ROUNDING * speed, closer
+            near, within = np.abs(closer - speed) <= 4 * ROUNDING * speed, np.abs(net) <= _CLOSED * np.abs(slope * speed)
+            speed = closer
         if (near | ~good).all():
             break
-    return speed, unknown, good
+    return speed, unknown, good if balanced else good & within
 
 
 class _Table:

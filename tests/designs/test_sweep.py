@@ -130,6 +130,18 @@ def test_motions_found_at_once_are_those_that_size_finds(changes, path, values):
             assert math.isclose(found.irregularity[k], irregularity, rel_tol=found.error.irregularity[k] + 1e-12)
 
 
+def test_meshes_that_lose_half_run_far_below_the_speed_without_losses():
+    """A soft drive: the constant speed lies outside of the bracket that the net work without losses has."""
+    meshes = {"wheel": {"ratio": 4, "efficiency": 0.7}, "motor": {"on": "wheel", "ratio": 3, "efficiency": 0.7}}
+    scene = motor_driven(shafts=meshes, drive={"on": "motor", "torque": "100 - 0.4*omega"}, flywheel={"irregularity": 0.1})
+    designs = flywheel.sweep(scene, {EPS: [0.05, 0.1], "load.0.from": [5.2, 5.0]})
+    assert designs.ways.tolist() == [TRACED] * 2
+    for k in range(2):
+        sizing = flywheel.size(designs.design(k), 1e-12, accuracy="normal")
+        assert math.isclose(designs.speed[k], sizing.speed, rel_tol=designs.error.speed[k] + 1e-12)
+        assert math.isclose(designs.exact[k], sizing.flywheel.exact, rel_tol=designs.error.exact[k] + 1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("shafts", [{"motor": {"on": "crank", "ratio": 12}}, LOSSY], ids=["no losses", "meshes with losses"])
 def test_flywheels_for_limits_found_at_once_are_those_that_size_finds(shafts):
