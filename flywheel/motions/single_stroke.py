@@ -431,9 +431,8 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     least = _SAFETY * returns + strokes.rtol  # relative: Newton's method leaves so much, whatever the difference
     error: dict[str, Any] = _off(tight.figures, loose.figures, least)
     error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
-    if tight.figures["temperature"] is not None:  # what constant losses about each node leave out
-        coarse = temperature(strokes, driving_sides(strokes, tight.phases), 5)
-        error["temperature"] += abs(tight.figures["temperature"] - (0.0 if coarse is None else coarse.greatest))
+    if (warmth := temperature(strokes, driving_sides(strokes, tight.phases))) is not None:
+        error["temperature"] += warmth.error * warmth.greatest
     if _MOTOR_TORQUE in tight.shares:
         error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
     return error

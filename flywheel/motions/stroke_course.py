@@ -10,11 +10,11 @@ import numpy as np
 
 from bondgraph.numerics import root
 from flywheel.components.energy import ServoLoad
-from flywheel.components.motors.thermal import Losses
-from flywheel.components.motors.thermal import course as rise_over
+from flywheel.components.motors.thermal import greatest_rise
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
+from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Index
 from flywheel.sizing.drive import share_of_peak
 from flywheel.sizing.results import Temperature, Trip
@@ -330,16 +330,17 @@ def servo_load(strokes: Strokes, phases: Phases) -> ServoLoad | None:
     return ServoLoad(mean, rms, limit, rms / limit, float(motor.torque(there)), there, angle, share, inertia, off)
 
 
-def temperature(strokes: Strokes, sides: list[Side], together: int = 1) -> Temperature | None:
-    """Rise of the motor's windings over an endless series of strokes, its error left at 0; None without `thermal`.
-
-    The losses are taken as constant about each node of Gauss' rule, or about a group of `together` nodes.
-    """
+def temperature(strokes: Strokes, sides: list[Side]) -> Temperature | None:
+    """Rise of the motor's windings over an endless series of strokes; None without `thermal`."""
     motor = strokes.scene.motor
     if motor is None or motor.thermal is None:
         return None
-    speeds, weights = _gauss(sides, motor_ratio(strokes))
-    heats = (weights * motor.heat_share(speeds)).reshape(-1, together).sum(axis=1)
-    times = weights.reshape(-1, together).sum(axis=1)
-    rises = rise_over(motor.thermal, map(Losses, times.tolist(), (heats / times).tolist()))
-    return Temperature(rises.greatest, rises.time, motor.thermal.limit, 0.0)
+    half, shares = list[Array](), list[Array]()
+    for trail, factor, _begin in sides:
+        times, owners = trail.within(0.5 * (1.0 + cells.NODES))
+        speeds = trail.states(times, owners)[1].reshape(len(trail.stretches), -1)[:, 1:-1] * factor
+        half.append(0.5 * np.diff(trail.t))
+        shares.append(motor.heat_share(motor_ratio(strokes) * speeds))
+    losses = np.concatenate(shares)
+    peak = greatest_rise(motor.thermal, np.concatenate(half), np.ones_like(losses), losses)
+    return Temperature(peak.rise, peak.time, motor.thermal.limit, peak.error / max(peak.rise, 1e-300))

@@ -14,11 +14,11 @@ import numpy as np
 from flywheel.components.energy import Energy, ServoLoad, mean_effective_pressure, mechanical_efficiency
 from flywheel.components.load_models import is_loss
 from flywheel.components.motors import Motor
-from flywheel.components.motors.thermal import Losses, course
+from flywheel.components.motors.thermal import Peak, greatest_rise
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
@@ -353,13 +353,16 @@ def temperature(shaft: MotorShaft) -> Temperature | None:
     motor = shaft.motor
     if motor is None or motor.thermal is None:
         return None
-    mean, error = heat_share(motor, shaft)
-    mesh, own = shaft.cycle.mesh, () if shaft.run.along is None else tuple(shaft.run.along)
-    omega = shaft.omega(mesh)
-    share = motor.heat_share(shaft.ratio * omega, own)
-    heat, time = cells.integral(np.stack((share / omega, 1.0 / omega)), mesh.half)
-    rises = course(motor.thermal, map(Losses, time.tolist(), (heat / time).tolist()))
-    return Temperature(rises.greatest, rises.time, motor.thermal.limit, error / max(mean, 1e-300))
+    data, (mean, error) = motor.thermal, heat_share(motor, shaft)
+
+    def evaluated(mesh: Cells) -> tuple[Peak, float, Coarse]:
+        omega = shaft.omega(mesh)
+        shares = motor.heat_share(shaft.ratio * omega, shaft.states(mesh))
+        peak, tails = greatest_rise(data, mesh.half[:, 0], 1.0 / omega, shares), cells.tails(cells.fit(shares))
+        return peak, peak.error / max(peak.rise, 1e-300), cells.above(tails, 0.1)
+
+    peak = shaft.refined(evaluated, shaft.rtol)
+    return Temperature(peak.rise, peak.time, data.limit, error / max(mean, 1e-300) + peak.error / max(peak.rise, 1e-300))
 
 
 def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:

@@ -461,13 +461,13 @@ def test_windings_warm_up_by_the_losses_of_strokes_without_end(constant):
     scene = rotor(drive={"on": "wheel", "motor": {**motor, "breakdown_ratio": 2.5, "thermal": thermal}})
     found = flywheel.single_stroke(scene, rates=False)
     share = found.motor_heat / scene.motor.rated_total_heat
-    along = course(found.strokes, found.phases, 4000)
+    along = course(found.strokes, found.phases, 100_000)
     heat = scene.motor.heat_share(along.driving)
     grown = np.exp(along.time / constant)
     steps = 0.5 * np.diff(along.time) * ((heat * grown)[:-1] + (heat * grown)[1:])
     sums = np.append(0.0, np.cumsum(steps)) / constant
     rise = 80.0 * (sums[-1] / (grown[-1] - 1.0) + sums) / grown  # which returns
-    assert found.temperature == pytest.approx(rise.max(), rel=1e-4)
+    assert found.temperature == pytest.approx(rise.max(), rel=1e-6)
     if constant > 1.0:
         assert found.temperature == pytest.approx(80.0 * share, rel=1e-3)
         parts = [
