@@ -50,7 +50,7 @@ class Rate(NamedTuple):
 
     `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0
     without losses), `by_states` that by each state of a motor's own, (states, cells, nodes). `exchanged` is the sum of
-    |contributions|.
+    |contributions|. `transmitted` is the moment that each lossy mesh transmits outwards (N m, on the crank).
     """
 
     moment: Array
@@ -59,6 +59,7 @@ class Rate(NamedTuple):
     by_inertia: Array
     by_states: Array
     exchanged: Array
+    transmitted: tuple[Array, ...] = ()
 
 
 class _Part(NamedTuple):
@@ -161,7 +162,6 @@ class Moments:
     """
 
     _directions: tuple[Array, ...] = ()  # K of every part for the last directions of power in the meshes: often the next
-    _passed: tuple[Array, Any, Any, tuple[Array, ...]] | None = None  # the last speeds, unknown, flywheel, moments in meshes
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
@@ -182,7 +182,7 @@ class Moments:
     def locally(self) -> Moments:
         """The same machine, with branches decided at every node."""
         moments = copy(self)
-        moments.local, moments._passed = True, None
+        moments.local = True
         return moments
 
     def rate(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> Rate:
@@ -191,11 +191,9 @@ class Moments:
         `states` are those of a motor's circuit, each on the mesh.
         """
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
-        plain = _together(acting)
         if not self.lossy:
-            return plain
+            return _together(acting)
         acceleration, passed, factors = self._acceleration(acting, omega, inertia)
-        self._passed = omega, unknown, inertia, passed
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
         moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
@@ -215,6 +213,7 @@ class Moments:
             by_inertia=by_inertia,
             by_states=np.asarray(sum(k * act.by_states for k, act in zip(shares, acting, strict=True))),
             exchanged=exchanged,
+            transmitted=self._of_lossy(passed),
         )
 
     def constant(self, speed: Any, unknown: Any, states: States | None = None) -> Rate:
@@ -223,14 +222,16 @@ class Moments:
         Inertias that vary are driven, but nothing is accelerated. A motor's own states are steady, if they are not given.
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
-        acting, _, factors = self._unaccelerated(omega, unknown, states)
+        states = self.steady_states(omega) if states is None else states
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         plain = _together(acting)
         if not self.lossy:
             return plain
-        moment, by_unknown, exchanged = _with_mesh_losses(
-            factors, acting, [0.5 * part.slope * omega**2 for part in self.parts]
-        )
-        return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_states, exchanged)
+        moved = [0.5 * part.slope * omega**2 for part in self.parts]
+        own = [inert - act.moment for inert, act in zip(moved, acting, strict=True)]
+        passed, factors = passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
+        moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
+        return plain._replace(moment=moment, by_unknown=by_unknown, exchanged=exchanged, transmitted=self._of_lossy(passed))
 
     def net_work(self, speed: float | Array, unknown: float = 0.0, states: States | None = None) -> Array:
         """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
@@ -278,19 +279,7 @@ class Moments:
 
     def constant_losses(self, speed: Any, unknown: Any) -> list[Array]:
         """The moments that lossy meshes transmit outwards at a constant speed: losses have a kink where these are zero."""
-        if not self.lossy:
-            return []
-        omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
-        return self._of_lossy(self._unaccelerated(omega, unknown)[1])
-
-    def _unaccelerated(
-        self, omega: Array, unknown: Any, states: States | None = None
-    ) -> tuple[list[Rate], tuple[Array, ...], tuple[Array, ...]]:
-        """The rates of all parts at a constant speed, the moments in their meshes, and their factors on the crank."""
-        states = self.steady_states(omega) if states is None else states
-        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
-        own = [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
-        return acting, *passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
+        return [*self.constant(speed, unknown).transmitted] if self.lossy else []
 
     def steady_states(self, omega: Any) -> tuple[Any, ...]:
         """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one.
@@ -320,17 +309,8 @@ class Moments:
         way = self.drive_ratio * self.mesh.edges[-1]
         return circuit.carrying(lambda states: others + float(way * circuit.torque(circuit.only_speed, states)))
 
-    def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: States = ()) -> list[Array]:
-        """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
-        if not self.lossy:
-            return []
-        if self._passed is None or self._passed[0] is not omega or not alike(self._passed[1:3], (unknown, inertia)):
-            Moments.rate(self, omega, unknown, inertia, states)
-        assert self._passed is not None
-        return self._of_lossy(self._passed[3])
-
-    def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
-        return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
+    def _of_lossy(self, transmitted: Sequence[Array]) -> tuple[Array, ...]:
+        return tuple(tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0)
 
     def _acting(self, part: _Part, omega: Array, unknown: Any, states: States) -> Rate:
         zero = np.zeros_like(omega)
@@ -408,7 +388,10 @@ def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moment
 
 def _together(acting: list[Rate]) -> Rate:
     """The sum of the rates of all parts."""
-    return acting[0] if len(acting) == 1 else Rate(*(sum(columns) for columns in zip(*acting, strict=True)))
+    if len(acting) == 1:
+        return acting[0]
+    columns: list[Any] = [sum(column) for column in zip(*(act[:-1] for act in acting), strict=True)]
+    return Rate(*columns)
 
 
 def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[Array]) -> tuple[Array, Array, Array]:

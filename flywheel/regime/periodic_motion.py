@@ -688,13 +688,10 @@ def _switching(solved: Periodic) -> tuple[Array, Array]:
     switches; where a mesh reverses, it passes tau' x after x rad, which changes the loss by up to (1/efficiency -
     efficiency) tau' x²/2 J. Two reversals of a mesh with less between them do not count.
     """
-    moments, state = solved.moments, solved.state
-    mesh, edges = moments.mesh, moments.machine.mesh
+    moments, mesh, edges = solved.moments, solved.moments.mesh, solved.moments.machine.mesh
     deciding = [(values, 0.0) for values in moments.switches(solved.omega)]
-    if moments.lossy:
-        spreads = [1.0 / eta - eta for part in moments.parts if (eta := part.stage.efficiency) < 1.0]
-        passed = moments.transmitted(solved.omega, state.unknown, state.inertia, state.of_circuit)
-        deciding += zip(passed, spreads, strict=True)
+    spreads = [1.0 / eta - eta for stage in moments.machine.stages if (eta := stage.efficiency) < 1.0]
+    deciding += zip(solved.rate.transmitted, spreads, strict=True)
     rounding = ROUNDING * float(cells.integral(solved.rate.exchanged, mesh.half).sum())
     every: list[tuple[float, float]] = []
     for values, spread in deciding:

@@ -72,10 +72,6 @@ class SeveralMoments(Moments):
         """F at crank speeds omega (rad/s), for values of the unknown and flywheels (motions,); see `Moments.rate`."""
         return super().rate(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
 
-    def transmitted(self, omega: Array, unknown: Any, inertia: Any, states: Any = ()) -> list[Array]:
-        """The moment that each lossy mesh transmits outwards (N m, on the crank)."""
-        return super().transmitted(omega, np.asarray(unknown)[..., None, None], np.asarray(inertia)[..., None, None])
-
     def total(self, values: Array) -> Array:
         """The integral over the cycle of values at the nodes."""
         return cells.total(values, self.mesh.half)
@@ -144,9 +140,7 @@ def decided(moments: Any, solved: Periodic) -> tuple[list[Deciding], Array]:
 
     They are the torques through meshes with losses (N m), and the values by which laws switch at speeds.
     """
-    state, deciding = solved.state, list[Deciding]()
-    if moments.lossy:
-        deciding += through_meshes(moments, moments.transmitted(solved.omega, state.unknown, state.inertia))
+    deciding = through_meshes(moments, solved.rate.transmitted)
     if moments.machine.switches_at_speeds:
         deciding += [Deciding(values, 0.0) for values in moments.switches(solved.omega)]
     return deciding, moments.total(solved.rate.exchanged)
@@ -232,12 +226,13 @@ class LighterMotions(NamedTuple):
         """One of the motions by itself."""
         solved: Any = self.solved
         state, rate = solved.state, solved.rate
+        rates: list[Any] = [each[:, row] if each is rate.by_states else each[row] for each in rate[:-1]]
         return Periodic(
             moments=moments_on(solved.moments.machine, solved.moments.mesh.edges[row]),
             reference=float(solved.reference[row]),
             state=State(state.nodes[row], state.edges[row], float(state.inertia[row]), float(state.unknown[row])),
             extremes=SpeedExtremes(*(each[row] for each in solved.extremes)),
-            rate=Rate(*(each[:, row] if each is rate.by_states else each[row] for each in rate)),
+            rate=Rate(*rates, transmitted=tuple(each[row] for each in rate.transmitted)),
             omega=solved.omega[row],
             multiplier=float(solved.multiplier[row]),
             damping=float(solved.damping[row]),

@@ -260,7 +260,7 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
     run, unknown, mesh = regime.run, regime.cycle.balance or 0.0, regime.cycle.mesh
     start, *omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.append(0.0, mesh.phi)).tolist()
     moments, speeds = moments_on(regime.machine, mesh.edges), np.reshape(omega, mesh.phi.shape)
-    passed = moments.transmitted(speeds, unknown, run.inertia)
+    passed = moments.rate(speeds, unknown, run.inertia).transmitted
     decided = [each[:, MIDDLE] > 0.0 for each in (*passed, *moments.switches(speeds))]
     sides = [tuple(row) for row in np.reshape(decided, (len(decided), len(speeds))).T.tolist()]
     beginnings = zip(mesh.edges[:-1].tolist(), sides, [None, *sides[:-1]], strict=True)

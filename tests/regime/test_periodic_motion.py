@@ -235,7 +235,7 @@ def test_meshes_that_change_sides_cut_the_cycle_there():
     edges, reference = solved.moments.mesh.edges, solved.moments.machine.mesh
     cuts = [edge for edge in edges if np.abs(reference - edge).min() > 1e-9]
     assert len(cuts) >= 2
-    (tau,) = solved.moments.transmitted(solved.omega, 0.0, motion.inertia)
+    (tau,) = solved.rate.transmitted
     left, right = (cells.value(cells.fit(tau), np.full(len(tau), t)) for t in (-1.0, 1.0))
     at_cuts = [min(abs(right[k - 1]), abs(left[k])) for k in np.searchsorted(edges, cuts)]
     assert sum(value < 1e-9 * np.abs(tau).max() for value in at_cuts) >= 2
