@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from bondgraph.recording import Conditions, Recorder
 from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
-from flywheel.designs import batch as cycles
-from flywheel.designs import motions
+from flywheel.designs import batch, motions
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import Structure, UnrecordableError, UnrecordedError, kept_mask, recorded
 from flywheel.numerics import cells
@@ -131,7 +130,7 @@ def sized(
     """
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
-    batch, structures = empty(columns.shape[1]), structures_of(scene, paths)
+    results, structures = empty(columns.shape[1]), structures_of(scene, paths)
     portions = (
         (structure, same[first : first + _PORTION])
         for structure, same in structures.sorted(columns)
@@ -141,24 +140,24 @@ def sized(
         try:
             values, errors, halvings = at_once(structure, columns[:, which], rtol, engine)
         except KeyboardInterrupt:
-            return batch._replace(interrupted=True)
+            return results._replace(interrupted=True)
         every = (halvings >= 0).all()
         rows: Any = slice(None) if every else halvings >= 0
-        place: Any = slice(None) if every and which.size == batch.ways.size else which[rows]  # a structure's ascend
-        batch.ways[place] = np.where(halvings[rows] > 0, REFINED, TRACED)
-        for into, source in ((batch.values, values), (batch.errors, errors)):
+        place: Any = slice(None) if every and which.size == results.ways.size else which[rows]  # a structure's ascend
+        results.ways[place] = np.where(halvings[rows] > 0, REFINED, TRACED)
+        for into, source in ((results.values, values), (results.errors, errors)):
             for name, value in source.items():
                 into[name][place] = value[rows]
-    left = np.flatnonzero(batch.ways == MISSING)
+    left = np.flatnonzero(results.ways == MISSING)
     alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol, progress)
-    for into, source in ((batch.values, alone.values), (batch.errors, alone.errors)):
+    for into, source in ((results.values, alone.values), (results.errors, alone.errors)):
         for name, value in source.items():
             into[name][left] = value
-    batch.ways[left] = alone.ways
-    batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
+    results.ways[left] = alone.ways
+    results.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
     if structures.why:
-        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), structures.why))
-    return batch._replace(interrupted=alone.interrupted)
+        results.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), structures.why))
+    return results._replace(interrupted=alone.interrupted)
 
 
 _recent: list[tuple[Scene, Structures]] = []
@@ -202,7 +201,7 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
         threads: of machine code; the number of processors if None. Numpy uses one.
 
     """
-    count, sums_of, (size, fewest) = columns.shape[1], cycles.sums, _CACHED
+    count, sums_of, (size, fewest) = columns.shape[1], batch.sums, _CACHED
     engine = engine if all(program.plain for _, program in structure.programs) and not structure.rates else "numpy"
     if engine == "numba":
         from flywheel.designs import kernels  # an extra
@@ -213,7 +212,7 @@ def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "nu
     left: Any = np.arange(count)
     for halvings in range(_HALVINGS + 1):
         most = max(size // structure.programs[-1][0].stop, fewest) >> halvings
-        parts = _parts(left, min(most, cycles.DESIGNS) if engine == "numpy" else most, threads)
+        parts = _parts(left, min(most, batch.DESIGNS) if engine == "numpy" else most, threads)
         chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
         if threads == 1 or len(parts) < 2:
             missed = [_put(outcome, part, *chunk(part)) for part in parts]
@@ -246,7 +245,7 @@ def _put(outcome: AtOnce, which: Index, values: dict[str, Array], errors: dict[s
 
 
 @np.errstate(all="ignore")
-def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: cycles.Engine) -> Any:
+def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: batch.Engine) -> Any:
     """Figures and errors of a chunk of designs, and the number of halvings of their cells; -1 if rtol is missed.
 
     -2 where finer cells are not tried, as no motion was found.
@@ -263,16 +262,16 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
         analysis, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
-        sums, givens, error = cycles.moved(lambda moving: sums_of(pieces, moving, columns, edges), analysis, inertia)
-        values, errors, missed = cycles.of_cycle(sums, givens)
+        sums, givens, error = batch.moved(lambda moving: sums_of(pieces, moving, columns, edges), analysis, inertia)
+        values, errors, missed = batch.of_cycle(sums, givens)
         values["irregularity"], errors["irregularity"] = givens.irregularity, error
         return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
     sums = sums_of(pieces, givens, columns, edges)
-    values, errors, missed = cycles.figures(sums, givens)
+    values, errors, missed = batch.figures(sums, givens)
     alone = np.flatnonzero((values["needed"] == 0.0) & (missed <= 0.5 * rtol))
     if alone.size:  # the machine runs without a flywheel, at its own irregularity
         few, at = columns[:, alone], edges[:, alone]
-        moved, _, missed[alone] = cycles.moved(
+        moved, _, missed[alone] = batch.moved(
             lambda moving: sums_of(pieces, moving, few, at), givens.of(alone), np.zeros(alone.size)
         )
         values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
@@ -414,22 +413,22 @@ def one_by_one(
 
     If the user interrupts it, those that are finished are returned.
     """
-    batch = empty(columns.shape[1])
+    results = empty(columns.shape[1])
     with progress_bar(len(which) if len(which) > _DESIGNS_WITHOUT_BAR else 0, progress, "designs one by one") as advance:
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
                 sizing_figures = figures_of(size(design, rtol, accuracy="normal"))
             except SceneError as error:
-                batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
+                results.ways[k], results.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             except KeyboardInterrupt:
-                return batch._replace(interrupted=True)
+                return results._replace(interrupted=True)
             else:
-                batch.ways[k] = ALONE
+                results.ways[k] = ALONE
                 for name, (value, error_of) in sizing_figures.items():
-                    batch.values[name][k], batch.errors[name][k] = value, error_of
+                    results.values[name][k], results.errors[name][k] = value, error_of
             advance(1)
-    return batch
+    return results
 
 
 @contextmanager

@@ -343,7 +343,7 @@ class Dynamics:
     def _parts_of(
         self, machine: Machine, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States
     ) -> tuple[list[_Contribution], tuple[Coefficients, ...]]:
-        """The parts of the machine in one direction; with rough joints from their tables if possible."""
+        """The parts of the machine in one direction, with the flywheel; with rough joints from their tables if possible."""
         friction, rows = self.joint_friction, None
         table: tuple[Coefficients, ...] = ()
         if friction is None:
@@ -355,17 +355,13 @@ class Dynamics:
                 efforts = [effort for effort in machine.efforts if not self._of_circuit(effort.path)]
                 rows = friction.acting(table, np.atleast_1d(phi), anchor, omega, time, self.balance, efforts)
         rows = rows or [self._part(stage, phi, anchor, omega, time) for stage in machine.stages]
-        return self._loaded(machine, rows, omega, states), table
-
-    def _loaded(self, machine: Machine, rows: Sequence[_Row], omega: Any, states: States) -> list[_Contribution]:
-        """The parts with the flywheel and the torque of a motor's circuit."""
         parts = []
-        for stage, (inertia, slope, moment, efforts) in zip(machine.stages, rows, strict=True):
+        for stage, (inertia, slope, moment, pressing) in zip(machine.stages, rows, strict=True):
             if self.circuit is not None and stage.drives:
                 moment = moment + self.ratio * self.circuit.torque(self.ratio * omega, states)
             whole = inertia + self.inertia if stage.carries_flywheel else inertia
-            parts.append(_Contribution(whole, slope, moment, efforts))
-        return parts
+            parts.append(_Contribution(whole, slope, moment, pressing))
+        return parts, table
 
     def _recorded_parts(self, machine: Machine, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[_Row] | None:
         """All parts by the recorded walk, in a piece that is evaluated often enough; None if the walk itself is used."""

@@ -235,15 +235,10 @@ class Moments:
 
     def net_work(self, speed: float | Array, unknown: float = 0.0, states: States | None = None) -> Array:
         """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
+        if self.lossy:
+            return cells.total(self.constant(speed, unknown, states).moment, self.mesh.half)
         speed = np.asarray(speed, dtype=float)
         omega = speed[..., None, None]
-        if self.lossy:
-            states = self.steady_states(omega) if states is None else states
-            moved = [0.5 * part.slope * omega**2 for part in self.parts]
-            moments = [self._moment(part, omega, unknown, states) for part in self.parts]
-            own = [inert - moment for inert, moment in zip(moved, moments, strict=True)]
-            _, factors = passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
-            return self._total(_through_meshes(factors, moments, moved))
         still, by_unknown, resistance = self._still
         works = still + unknown * by_unknown - resistance * speed
         for part in self.parts:
@@ -254,13 +249,6 @@ class Moments:
                 torque = self.circuit.torque(turned, self.steady_states(speed) if states is None else states)
                 works = works + self.drive_ratio * torque * self.mesh.edges[-1]
         return np.asarray(works)
-
-    def _moment(self, part: _Part, omega: Array, unknown: Any, states: States) -> Array:
-        """M* of a part at constant crank speeds (rad/s), as in `_acting`, without its slopes."""
-        moment = at_speeds(part, self._moving(part, omega), omega, unknown)[0]
-        if self.circuit is not None and part.stage.drives and len(states):
-            moment = moment + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states)
-        return np.asarray(moment)
 
     def _total(self, moment: Any) -> Array:
         """The work (J) over the cycle of a moment on (..., cells, nodes), or of one that is the same all over it."""
@@ -402,15 +390,10 @@ def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[
     """
     rows = list(zip(factors, acting, moved, strict=True))
     return (
-        _through_meshes(factors, [act.moment for act in acting], moved),
+        np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
         np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
         np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
     )
-
-
-def _through_meshes(factors: Sequence[Array], moments: Sequence[Array], moved: Sequence[Array]) -> Array:
-    """The moment of all parts on the crank through their meshes; see `_with_mesh_losses`."""
-    return np.asarray(sum(k * moment - (k - 1.0) * inert for k, moment, inert in zip(factors, moments, moved, strict=True)))
 
 
 def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:

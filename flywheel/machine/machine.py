@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from copy import copy
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import chain, count
@@ -179,12 +178,10 @@ class Machine:
         """The same machine with its laws for a crank that turns backwards; itself if none differs."""
         if not any(effort.reverses for effort in self.efforts):
             return self
-        machine = copy(self)
-        for name in ("reduction", "rigid", "stages", "switching"):  # what walks the graph, and its laws
-            machine.__dict__.pop(name, None)
+        machine = Machine(self.scene, self.friction)
         machine.__dict__["backwards"] = self
         machine.efforts = tuple(effort.backwards() for effort in self.efforts)
-        machine.graph, machine.kept = machine._graph(), {}
+        machine.graph = machine._graph()
         return machine
 
     @property

@@ -521,9 +521,9 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
     omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
     reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
     moment = reduced.moment
-    noise = sizing.cycle.noise[:, sizing.cycle.where(phi - machine.scene.origin)[0]]
+    noise = sizing.cycle.noise[:, cells.located(sizing.cycle.mesh, phi - machine.scene.origin)[0]]
     if sizing.run.cycle is not None:
-        cell, t = sizing.cycle.where(phi)
+        cell, t = cells.located(sizing.cycle.mesh, phi)
         moment = cells.value(sizing.cycle.series[0, cell], t)
     total = reduced.inertia + sizing.run.inertia
     alpha = (moment - 0.5 * reduced.slope * omega**2) / total

@@ -178,7 +178,7 @@ def _drive_along(part: DiagramData) -> Array:
     assert machine is not None
     assert sizing.cycle is not None
     values = cells.fit(drive_moment(machine, sizing.cycle, sizing.run, sizing.speed))
-    cell, t = sizing.cycle.where(part.axis.taken)
+    cell, t = cells.located(sizing.cycle.mesh, part.axis.taken)
     return np.asarray(cells.value(values[cell], t))
 
 

@@ -63,7 +63,7 @@ def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None =
 
     Moments below their rounding are 0, and so is a work that nowhere exceeds its error.
     """
-    cell, t = cycle.where(phi)
+    cell, t = cells.located(cycle.mesh, phi)
     work, variation = cycle.at(cell, t)
     moment = cells.value(cycle.series[0, cell], t)
     driving, drive = _driving(machine, cycle, phi, machine.anchors(phi), speed)
@@ -145,7 +145,7 @@ def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
     extremes, _ = turning_moment.combined(cycle, np.array([[1.0, -fast / unit], [1.0, -slow / unit]]))
     over, under = float(extremes.greatest[0]), float(extremes.least[1])
     angles = float(extremes.angle_greatest[0]), float(extremes.angle_least[1])
-    work, variation = cycle.at(*cycle.where(np.array(angles)))
+    work, variation = cycle.at(*cells.located(cycle.mesh, np.array(angles)))
     points = [(start + float(v), unit * float(w)) for w, v in zip(work, variation, strict=True)]
     return Loop(
         inertia=samples.inertia,
@@ -423,7 +423,7 @@ def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
     phi = mesh.phi[fine].ravel()
     if not phi.size:
         return phi
-    cell, t = cycle.where(phi)
+    cell, t = cells.located(cycle.mesh, phi)
     moment = (cycle.series[0, cell] * np.cos(np.arccos(t)[:, None] * np.arange(cycle.series.shape[-1]))).sum(axis=-1)
     place = np.floor(phi / width)
     orders = np.lexsort((moment, place)), np.lexsort((-moment, place))

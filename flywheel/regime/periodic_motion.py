@@ -61,7 +61,6 @@ _FEW_MOVES = 3  # of the switches, after which those that come and go are compar
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far is taken
 _SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
-_MOST_ROUGH, _MANY = 16, 1000  # rounds for such a motion; cells above which it has none
 _ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
 _UNLIKE = 8.0  # greatest ratio of a slope to a difference
@@ -77,7 +76,6 @@ _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a li
 _EVER_HEAVIER = (1.0, 30.0, 1e3, 3e4)  # flywheels from which lighter ones are found, where the one before fails
 _MOST_LIGHTER, _LITTLE = 60, 3e-3  # flywheels on that way; share of the inertia below which a step is not halved
 _SHARE_OF_WORK = 0.4  # of the rest of a search's budget: share of one method before the next is tried
-_FLEETING = 1e-6  # of the fluctuation of work: work on the wrong branch of a law, counted as error
 _WEIGHTLESS = 1e-13  # of the greatest inertia: rounding where the inertia is zero
 _VANISHING = 1e-4  # of the greatest inertia: a flywheel that represents none
 _LEAST_SHARE = 1e-3  # of what makes a motion uneven: a step that is not halved
@@ -536,41 +534,32 @@ class _Search(NamedTuple):
         the cells, so that they are halved then too. If the iteration fails, all are halved.
         """
         best: OwnMotion | None = None
-        least, allowed, furthest = np.inf, 0.5 * self.rtol, np.inf
-        stalls = moves = failures = rough = 0
+        least, allowed, close, furthest = np.inf, 0.5 * self.rtol, _SWITCH_MOVE * float(base[-1]), np.inf
+        stalls = moves = failures = 0
         for _ in range(_ROUNDS):
             angles, slack = _switching(solved)
             moved = np.abs(angles - cuts) if angles.size == cuts.size else np.array([np.inf])
-            close = _SWITCH_MOVE * float(base[-1])
-            settled, stagnates = bool((moved <= close).all()), not float(moved.max(initial=0.0)) <= 0.5 * furthest
-            settled &= self.intermediate or not solved.left
-            near = angles.size == moved.size and bool((moved <= np.maximum(slack, close)).all())
-            near &= stagnates or self.intermediate
+            nearer, furthest = float(moved.max(initial=0.0)) <= 0.5 * furthest, float(moved.max(initial=0.0))
+            within = close if nearer and not self.intermediate else np.maximum(slack, close)
+            settled = np.isfinite(furthest) and bool((moved <= within).all()) and (self.intermediate or not solved.left)
             moves = 0 if settled else moves % _MOST_MOVES + 1
-            last = moves == _MOST_MOVES or (moves >= _FEW_MOVES and (stagnates or angles.size != cuts.size))
-            before, cuts, furthest = cuts, angles, float(moved.max(initial=0.0))
-            motion = _described(solved, self.demand) if settled or near or last else None
-            if motion is not None and near and not settled:
-                motion = motion._replace(cuts_error=2 * float(moved.max()))
-                settled = moves == _MOST_MOVES or error_of_cuts(motion) <= max(allowed, close)
-            elif motion is not None and not settled:
+            before, cuts = cuts, angles
+            motion = _described(solved, self.demand) if settled or moves >= _FEW_MOVES else None
+            if motion is not None and settled and furthest > close:
+                motion = motion._replace(cuts_error=2 * furthest)
+            elif motion is not None and not settled:  # switches that come and go: their work on the wrong branch is an error
                 wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                 counted = _with_work_error(motion, wrong)
-                fleeting = moves == _MOST_MOVES and wrong <= _FLEETING * float(np.ptp(motion.cycle.start[0]))
-                settled = fleeting or self.error(counted) <= allowed  # else finer cells, which may mend that
+                settled = self.error(counted) <= allowed  # else finer cells, which may mend that
                 motion = counted if settled else motion
             error = np.inf if motion is None else self.error(motion)
             if motion is not None and (settled or moves == _MOST_MOVES or error > allowed):
                 moves, finer, edges = 0, None, motion.cycle.mesh.edges
                 if settled:
-                    gained = best is None or error <= 0.9 * least
-                    rough += error > _COARSE_ERROR  # cells may first have to become as narrow as what they follow
-                    narrowing = error > _COARSE_ERROR and rough < _MOST_ROUGH and edges.size < _MANY
-                    stalls = 0 if gained or narrowing else stalls + 1
+                    stalls = 0 if best is None or error <= 0.9 * least else stalls + 1
                     if best is None or error < least:
                         best, least = motion._replace(base=base), error
-                    rounding = motion.hardly_sized and motion.run.error <= allowed  # which finer cells do not mend
-                    if error <= allowed or stalls > 1 or rounding:
+                    if error <= allowed or stalls > 1:
                         break
                 if error > allowed:
                     coarse = turning_moment.coarse(motion.cycle, motion.run.speed_max)
@@ -620,7 +609,7 @@ class _Search(NamedTuple):
     def lighter_motion(self, inertia: float, unknown: float, other: OwnMotion | None = None) -> OwnMotion:
         """An intermediate motion with a flywheel heavier than the required one; kept for the next search."""
         kept = self.machine.kept.setdefault("lighter_motions", {})
-        key = self.machine.mesh.tobytes(), self.reference, self.demand.speed, unknown, inertia  # a copy may have other cells
+        key = self.reference, self.demand.speed, unknown, inertia
         if key not in kept:
             search = self.with_flywheel(inertia).to_others()
             kept[key] = search.from_nothing(inertia, unknown) if other is None else search.from_another(other)
@@ -871,7 +860,7 @@ def error_of_speeds(motion: OwnMotion) -> float:
     cycle = run.cycle
     assert cycle is not None
     speeds, places = np.array([[run.speed_max, run.speed_min], [run.angle_speed_max, run.angle_speed_min]])
-    cell, t = cycle.where(places)
+    cell, t = cells.located(cycle.mesh, places)
     half = mesh.half.take(cell)
     rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * cycle.series[1].take(cell, axis=0)
     by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)

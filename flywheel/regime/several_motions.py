@@ -232,7 +232,7 @@ class LighterMotions(NamedTuple):
             reference=float(solved.reference[row]),
             state=State(state.nodes[row], state.edges[row], float(state.inertia[row]), float(state.unknown[row])),
             extremes=SpeedExtremes(*(each[row] for each in solved.extremes)),
-            rate=Rate(*rates, transmitted=tuple(each[row] for each in rate.transmitted)),
+            rate=Rate(*rates)._replace(transmitted=tuple(each[row] for each in rate.transmitted)),
             omega=solved.omega[row],
             multiplier=float(solved.multiplier[row]),
             damping=float(solved.damping[row]),

@@ -110,10 +110,6 @@ class Cycle(NamedTuple):
         work, variation = self.start[:, cell] + local
         return work, variation
 
-    def where(self, phi: Array) -> tuple[Index, Array]:
-        """Cell and local abscissa of angles in [0, cycle]."""
-        return cells.located(self.mesh, phi)
-
 
 def resolve(machine: Machine, edges: Array) -> Cycle:
     """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
@@ -612,7 +608,8 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         extremes, excess = compared(eps)
         low, high = (eps, high) if excess > 0.0 else (low, eps)
         places = np.array([extremes.angle_greatest[0], extremes.angle_least[1]])
-        steepness = 0.5 * square * float(np.array([1 + eps / 2, 1 - eps / 2]) @ (start + cycle.at(*cycle.where(places))[1]))
+        totals = start + cycle.at(*cells.located(cycle.mesh, places))[1]
+        steepness = 0.5 * square * float(np.array([1 + eps / 2, 1 - eps / 2]) @ totals)
         target = eps + excess / steepness
         step = (target if low <= target <= high else 0.5 * (low + high)) - eps
         eps += step
@@ -670,7 +667,7 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
     For a run with its own cycle and speed, these are used.
     """
     cycle, speed = motion.cycle or cycle, motion.speed or speed
-    work, variation = cycle.at(*cycle.where(phi))
+    work, variation = cycle.at(*cells.located(cycle.mesh, phi))
     total = motion.inertia + cycle.inertia_at_start + variation
     s = (2 * motion.offset + 2 * work - speed**2 * variation) / (speed**2 * total)
     return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
@@ -682,7 +679,7 @@ def acceleration_over_cycle(cycle: Cycle, motion: Run, phi: Array, omega: Array)
     alpha = (M* - ½ dI*/dphi omega²)/(I* + J). For a run with its own cycle, that is used.
     """
     cycle = motion.cycle or cycle
-    cell, t = cycle.where(phi)
+    cell, t = cells.located(cycle.mesh, phi)
     moment, slope, inertia = (cells.value(row[cell], t) for row in cycle.series)
     return np.asarray((moment - 0.5 * slope * omega**2) / (inertia + motion.inertia))
 
@@ -755,7 +752,7 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     """
     along = motion.cycle or cycle
     speeds, places = np.array([[motion.speed_max, motion.speed_min], [motion.angle_speed_max, motion.angle_speed_min]])
-    cell, t = along.where(places)
+    cell, t = cells.located(along.mesh, places)
     factors = 0.5 * speeds**2
     closed_form = sized and motion.inertia > 0.0 and motion.cycle is None
     loose = None if closed_form else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)

@@ -632,7 +632,7 @@ class Context:
         """A crank angle (rad), W (J) and I* (kg m²) there, from the cycle itself."""
         cycle = cycle or self.cycle
         assert cycle is not None
-        work, variation = cycle.at(*cycle.where(np.array([phi])))
+        work, variation = cycle.at(*cells.located(cycle.mesh, np.array([phi])))
         return phi, float(work[0]), float(cycle.inertia_at_start + variation[0])
 
     @cached_property

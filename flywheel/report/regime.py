@@ -303,7 +303,7 @@ def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
     edges = cycle.mesh.edges
     edge = int(np.abs(edges - phi).argmin())
     if abs(edges[edge] - phi) > 1e-12 * edges[-1] or edge in (0, edges.size - 1):
-        cell, t = cycle.where(np.array([phi]))
+        cell, t = cells.located(cycle.mesh, np.array([phi]))
         value = float(cells.value(cycle.series[0, cell], t)[0])
         return value, value
     before = cells.value(cycle.series[0, edge - 1 : edge], np.array([1.0]))

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from functools import partial
 from itertools import islice, pairwise
 from typing import NamedTuple
@@ -133,19 +132,12 @@ def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Reg
     First that of all figures, then that of the period, and of the extreme speeds beside the error of their mean.
     """
     period, period_error = turning_moment.period(regime.cycle, regime.speed, run, regime.rtol)
-    speed_error = run.error * run.irregularity * regime.speed / run.speed_min
-    pairs = [
-        (cycle.irregularity, run.irregularity, run.error),
-        (cycle.speed_max, run.speed_max, speed_error),
-        (cycle.speed_min, run.speed_min, speed_error),
-        (cycle.period, period, period_error),
-    ]
-    apart = [8 * ROUNDING + abs(a / b - 1) + error for a, b, error in pairs if a is not None and b > 0.0]
-    shares_of = ((value, regime.limits[name]) for name, value in limited.items())
-    beside = [8 * ROUNDING + abs(a / b.reached - 1) + b.reached_error for a, b in shares_of if b.reached > 0.0]
     speeds = (cycle.speed_max, run.speed_max), (cycle.speed_min, run.speed_min)
     of_speeds = max((abs(a / b - 1) for a, b in speeds if b > 0.0), default=0.0) + run.error_about_mean
-    return max(apart + beside), apart[-1], of_speeds
+    pairs = [(cycle.irregularity, run.irregularity, run.error), (cycle.period, period, period_error)]
+    pairs += [(value, regime.limits[name].reached, regime.limits[name].reached_error) for name, value in limited.items()]
+    apart = [8 * ROUNDING + abs(a / b - 1) + error if a is not None and b > 0.0 else 0.0 for a, b, error in pairs]
+    return max(*apart, 8 * ROUNDING + of_speeds), apart[1], of_speeds
 
 
 def _cycle_in_time(
@@ -291,7 +283,7 @@ def on_thirds(machine: Machine) -> Machine:
 
     A stretch has n cells there and n + 1 (or three) here: after any halvings, no cell is one of the sizing's.
     """
-    other = copy(machine)
+    other = Machine(machine.scene, machine.friction)
     marks = machine.landmarks
     counts = np.diff(np.searchsorted(machine.mesh, marks))
     pieces = [

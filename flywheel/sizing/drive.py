@@ -308,7 +308,7 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
     _, most, of_share = shaft.extremes(share)
     mesh = shaft.cycle.mesh
     at, of_at = place_of_greatest(mesh, share(mesh, shaft.omega(mesh))[0])
-    cell, t = shaft.cycle.where(np.array([at]))
+    cell, t = cells.located(shaft.cycle.mesh, np.array([at]))
     there = shaft.ratio * float(cells.value(cells.fit(shaft.omega(mesh))[cell], t)[0])
     off = 0.5 * of_square / max(rms, math.sqrt(of_square), 1e-300)
     bend = abs(float(motor.continuous(mean * (1.0 + SPEED_STEP))) - limit) / (SPEED_STEP * mean)

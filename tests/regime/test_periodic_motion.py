@@ -270,6 +270,45 @@ def test_a_heavy_wheel_leads_down_to_a_light_one():
     assert motion_of("dc-inductance", inertia=motion.inertia / 100).run.irregularity == pytest.approx(1.5, rel=1e-8)
 
 
+def test_motions_on_the_way_to_a_light_flywheel_serve_the_next_search_of_the_same_motion_alone(monkeypatch):
+    """They are those of a machine by its speeds, unknown and inertia: another search finds what it finds by itself."""
+    solutions: list[Moments] = []
+    monkeypatch.setattr(periodic_motion, "periodic", lambda *a, **k: solutions.append(a[0]) or periodic(*a, **k))
+    scene = flywheel.load(regimes.scene("dc-inductance", irregularity=0.05))
+    speed, _ = constant_speed.operating_point(Machine(scene))
+
+    def light(machine, reference, held=None, unknown=0.0):
+        """From a heavy flywheel, so that the first on the way is the same for all."""
+        solutions.clear()
+        try:
+            motion = periodic_motion.own_motion(machine, reference, Demand(None, 0.05, held), 1e4, unknown, 1e-9)
+        except NoRegimeError as refused:
+            return str(refused), len(solutions)
+        return motion.inertia, len(solutions)
+
+    machine = Machine(scene)
+    by_itself, again = light(machine, speed), light(machine, speed)
+    assert again[0] == by_itself[0] > 0.0
+    assert again[1] < 0.7 * by_itself[1]
+    for other in ((0.99 * speed,), (speed, 0.99 * speed), (speed, None, 1.0)):
+        assert light(machine, *other) == light(Machine(scene), *other)
+
+
+@pytest.mark.parametrize(("name", "inertia"), [("peaks", 5 / 30), ("pump", 1 / 6), ("kloss-press", 0.1 / 30)])
+def test_an_iteration_with_a_given_flywheel_ends_after_twelve_steps_that_stay_long(name, inertia):
+    with pytest.raises(NoRegimeError, match="not converged in 13 steps"):
+        solved(name, inertia, parts=1)
+
+
+def test_an_iteration_for_a_flywheel_goes_on_however_long_its_steps_stay():
+    moments, speed, unknown = fine("yoke", 1, irregularity=1.0)
+    near, far = (
+        periodic(moments, speed, Demand(None, 1.0, None), first_guess(moments, speed, guess, unknown)) for guess in (1, 1e7)
+    )
+    assert far.steps > 20 > near.steps
+    assert far.state.inertia == pytest.approx(near.state.inertia, rel=1e-10)
+
+
 @pytest.mark.slow
 def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))

@@ -311,7 +311,7 @@ def resolved(scene):
 def test_the_work_of_the_yoke_is_the_closed_form():
     _, cycle = resolved(scenes.yoke())
     phi = np.linspace(0, np.pi, 50)
-    work, variation = cycle.at(*cycle.where(phi))
+    work, variation = cycle.at(*piecewise.located(cycle.mesh, phi))
     assert_allclose(work, 500 / np.pi * phi - 500 * (1 - np.cos(phi)), atol=1e-11)
     assert_allclose(variation, 5 * np.sin(phi) ** 2, atol=1e-13)
 
@@ -319,7 +319,7 @@ def test_the_work_of_the_yoke_is_the_closed_form():
 def test_inertia_accumulated_from_its_slope_is_the_inertia():
     machine, cycle = resolved(scenes.press())
     phi = np.linspace(0, 2 * np.pi, 77)
-    _, variation = cycle.at(*cycle.where(phi))
+    _, variation = cycle.at(*piecewise.located(cycle.mesh, phi))
     assert_allclose(cycle.inertia_at_start + variation, machine.reduce(phi).inertia, rtol=1e-11)
 
 
@@ -346,7 +346,7 @@ def test_speed_over_the_cycle_obeys_the_energy_balance():
     phi = np.linspace(0, 2 * np.pi, 60)
     omega = turning_moment.speed_over_cycle(cycle, 4 * np.pi, run, phi)
     energy = 0.5 * (50.0 + machine.reduce(phi).inertia) * omega**2
-    work, _ = cycle.at(*cycle.where(phi))
+    work, _ = cycle.at(*piecewise.located(cycle.mesh, phi))
     assert_allclose(energy - energy[0], work - work[0], atol=1e-9 * energy.max())
     alpha = turning_moment.acceleration_over_cycle(cycle, run, phi, omega)[1:-1]
     back, on = (turning_moment.speed_over_cycle(cycle, 4 * np.pi, run, phi[1:-1] + h) for h in (-1e-5, 1e-5))
