@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import Step
 from bondgraph.numerics import count, root, summits
+from bondgraph.recording import Recorder
 from bondgraph.reduction import Station
 from flywheel.machine.equation import alike, balanced, lost, passed_by, solved
 from flywheel.machine.machine import DRIVE, Anchor, Machine, Stage, circuit_of
@@ -82,6 +83,24 @@ def _resting(instant: Instant, direction: Any) -> Instant:
         return instant
     acceleration, moment, loss = (np.where(rests, 0.0, row) for row in (instant.acceleration, instant.moment, instant.loss))
     return instant._replace(acceleration=acceleration, moment=moment, loss=loss)
+
+
+@lru_cache(maxsize=64)
+def _equation(factors: tuple[float, ...], carrying: int, driven: int) -> Callable[..., tuple[float, float, float]]:
+    """The equation of motion in plain numbers, recorded from `balanced`: acceleration, moment less losses, inertia.
+
+    By the speed, the flywheel on one stage and the torque of a motor's circuit on another, and the inertia, its slope and
+    the moment of every stage, whose factors K are given.
+    """
+    recorder = Recorder()
+    inputs = omega, flywheel, torque, *rows = [recorder.input(f"number {k}") for k in range(3 + 3 * len(factors))]
+    inertias, moments, square = rows[::3], rows[2::3], 0.5 * omega * omega
+    inertias[carrying], moments[driven] = inertias[carrying] + flywheel, moments[driven] + torque
+    bare = [slope * square - moment for slope, moment in zip(rows[1::3], moments, strict=True)]
+    acceleration, own = balanced(inertias, bare, factors)
+    outputs = [acceleration, sum(moments) - lost(factors, own), sum(inertias)]
+    function: Callable[..., Any] = recorder.program(outputs, inputs).function("math")
+    return function
 
 
 def _one(value: Any) -> float:
@@ -181,32 +200,18 @@ class Dynamics:
             return None
         law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
 
-        stages, factors = machine.stages, anchor.factors or ()
-        carrying = 3 * next((k for k, stage in enumerate(stages) if stage.carries_flywheel), 0)
-        driven = 3 * next((k for k, stage in enumerate(stages) if stage.drives), 0) + 2
+        carrying = next((k for k, stage in enumerate(machine.stages) if stage.carries_flywheel), 0)
+        driven = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
+        equation = _equation(anchor.factors or (1.0,), carrying, driven)
 
         def instant(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
-            values, square = [*law(phi, omega, t, unknown)], 0.5 * omega * omega
-            values[carrying] += flywheel
-            rates: tuple[float, ...] = ()
-            if circuit is not None:
-                values[driven] += ratio * circuit.torque(ratio * omega, states)
-                rates = circuit.rates(ratio * omega, states)
-            inertias, moments = values[::3], values[2::3]
-            bare = [slope * square - moment for slope, moment in zip(values[1::3], moments, strict=True)]
-            acceleration, own = balanced(inertias, bare, factors)
-            return acceleration, sum(moments) - lost(factors, own), sum(inertias), rates
+            if circuit is None:
+                return (*equation(omega, flywheel, 0.0, *law(phi, omega, t, unknown)), ())
+            torque = ratio * circuit.torque(ratio * omega, states)
+            terms = equation(omega, flywheel, torque, *law(phi, omega, t, unknown))
+            return (*terms, circuit.rates(ratio * omega, states))
 
-        def lossless(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
-            inertia, slope, moment = law(phi, omega, t, unknown)
-            inertia += flywheel
-            rates: tuple[float, ...] = ()
-            if circuit is not None:
-                moment += ratio * circuit.torque(ratio * omega, states)
-                rates = circuit.rates(ratio * omega, states)
-            return (moment - slope * (0.5 * omega * omega)) / inertia, moment, inertia, rates
-
-        return lossless if len(machine.stages) == 1 else instant
+        return instant
 
     def at_many(
         self,
