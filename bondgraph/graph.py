@@ -530,7 +530,7 @@ class Relation(NamedTuple):
     terms: tuple[Term, ...]
 
 
-class Step(NamedTuple):
+class SolutionStep(NamedTuple):
     """Variables that follow from as many relations: one that is a sum of terms, ratio times variable, or a linear system."""
 
     unknown: tuple[int, ...]
@@ -538,12 +538,12 @@ class Step(NamedTuple):
     terms: tuple[tuple[int, Ratio], ...] | None = None
 
 
-def sources(step: Step) -> tuple[int, ...]:
+def sources(step: SolutionStep) -> tuple[int, ...]:
     """The variables that a step needs."""
     return tuple(v for r in step.relations for v, _, _ in r.terms if v not in step.unknown)
 
 
-def ratios(step: Step) -> tuple[Ratio, ...]:
+def ratios(step: SolutionStep) -> tuple[Ratio, ...]:
     """The ratios that a step uses."""
     return tuple(ratio for r in step.relations for _, ratio, _ in r.terms)
 
@@ -591,7 +591,7 @@ def constant(ratio: Ratio) -> TypeGuard[float]:
     return not isinstance(ratio, Function | Modulus)
 
 
-def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
+def plan(waiting: list[Relation], determined: set[int]) -> list[SolutionStep]:
     """All steps that give a relation's one unknown from known variables, without division by a modulus.
 
     `waiting` and `determined` are updated.
@@ -600,7 +600,7 @@ def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
     >>> [step.terms for step in (*plan([gear], {0}), *plan([gear], {1}))]
     [((0, 2.0),), ((1, 0.5),)]
     """
-    steps: list[Step] = []
+    steps: list[SolutionStep] = []
     before = -1
     while before < len(steps):
         before = len(steps)
@@ -616,7 +616,7 @@ def plan(waiting: list[Relation], determined: set[int]) -> list[Step]:
             if plain or (len(others) == 1 and others[0][2] == 1.0):  # else a modulus would have to be scaled
                 terms = tuple((v, ratio * scale if constant(ratio) else ratio) for v, ratio, scale in others)
                 waiting.remove(relation)
-                steps.append(Step((target,), (relation,), terms))
+                steps.append(SolutionStep((target,), (relation,), terms))
                 determined.add(target)
     return steps
 

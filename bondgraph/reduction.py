@@ -32,7 +32,7 @@ from bondgraph.elements import (
 from bondgraph.graph import (
     BondGraph,
     Ratio,
-    Step,
+    SolutionStep,
     as_graph,
     entry,
     places,
@@ -493,7 +493,7 @@ class Station:
         return sources
 
 
-def _assembled(step: Step, at: Station, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
+def _assembled(step: SolutionStep, at: Station, ratio_of: Callable[[Ratio], Any], values: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
     matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))
@@ -522,7 +522,7 @@ def _by_part(items: Any) -> dict[str, Any]:
     return parts
 
 
-def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[Step]:
+def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[SolutionStep]:
     if coordinate not in graph.elements or graph.elements[coordinate].kind != "1":
         junctions = ", ".join(e.name for e in graph.of_kind("1"))
         raise GraphError(f"the coordinate {coordinate!r} is no 1-junction of the graph; its 1-junctions are {junctions}")
@@ -533,7 +533,7 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
     flows = {flow[graph.at(coordinate)[0].number]}
     waiting = relations(graph, flow, "0")
     still = {flow[graph.bond_of(name).number] for name in grounded}
-    steps = [Step((variable,), (), ()) for variable in sorted(still)]
+    steps = [SolutionStep((variable,), (), ()) for variable in sorted(still)]
     if flows & still:
         raise GraphError(f"the coordinate 1:{coordinate} is held at zero flow")
     flows |= still
@@ -545,4 +545,4 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
         raise GraphError(f"more than one degree of freedom: nothing connects {free} with the coordinate")
     if len(waiting) > len(unknown):
         raise GraphError("over-constrained: too many relations at " + ", ".join(places(graph, waiting)))
-    return [*steps, Step(unknown, tuple(waiting))] if unknown else steps
+    return [*steps, SolutionStep(unknown, tuple(waiting))] if unknown else steps

@@ -10,7 +10,7 @@ from bondgraph.elements import Domain, refuse
 from bondgraph.graph import Bond, BondGraph, Builder, Part
 
 
-class Port(NamedTuple):
+class WordPort(NamedTuple):
     """A port of a word."""
 
     word: str
@@ -80,12 +80,12 @@ class WordGraph:
         part = self.words[word]
         return tuple(part.ports if isinstance(part, Part) else part)
 
-    def joined(self) -> tuple[tuple[Bond, Port, Port], ...]:
+    def joined(self) -> tuple[tuple[Bond, WordPort, WordPort], ...]:
         """Returns every bond between words, with the port at its tail and that at its head."""
-        ends = [(Port(*tail.rpartition(".")[::2]), Port(*head.rpartition(".")[::2])) for tail, head in self.bonds]
+        ends = [(WordPort(*tail.rpartition(".")[::2]), WordPort(*head.rpartition(".")[::2])) for tail, head in self.bonds]
         return tuple((Bond(k, tail.word, head.word), tail, head) for k, (tail, head) in enumerate(ends, 1))
 
-    def domain(self, port: Port) -> Domain | None:
+    def domain(self, port: WordPort) -> Domain | None:
         """Returns the energy domain of a port; None if the word has no bond graph or no domain."""
         part = self.words[port.word]
         if not isinstance(part, Part):

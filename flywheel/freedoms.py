@@ -250,7 +250,7 @@ def _coordinate(poses: Poses, joint: Joint) -> Array:
 _SINGULAR = 1e13  # greatest element of the inverse of the inertia matrix, scaled to ones on its diagonal
 
 
-class Instant(NamedTuple):
+class EquationTerms(NamedTuple):
     """Lagrange's equations at one position and speed: I* (g, g), the terms Gamma_ijk qdot_j qdot_k `rest` (g,), forces (g,).
 
     stored: generalised forces of weights and springs, with potential energy (J); other: those of loads and dampers.
@@ -263,7 +263,7 @@ class Instant(NamedTuple):
     potential: float
 
 
-def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: Actions) -> Instant:
+def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: Actions) -> EquationTerms:
     """Lagrange's equations where the drivers move at qdot (rad/s, m/s)."""
     linkage, count = start.linkage, start.freedoms
     state = fields(start, position, np.vstack((np.eye(count), qdot)))
@@ -289,7 +289,7 @@ def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: 
         for spring in actions.springs:
             elastic, damping, energy = _elastic(spring, poses)
             stored, other, potential = stored + powers(elastic), other + powers(damping), potential + float(energy[0])
-    return Instant(inertia, rest, stored, other, potential)
+    return EquationTerms(inertia, rest, stored, other, potential)
 
 
 def solution(linkage: Linkage, matrix: Array, right: Array, scales: Array) -> Array:
@@ -453,7 +453,7 @@ def accelerations(
 
 def acceleration(
     start: Assembly, position: Station, t: float, qdot: Array, actions: Actions
-) -> tuple[Array, Instant, Array]:
+) -> tuple[Array, EquationTerms, Array]:
     """qddot, the equations it solves, and the driving actions (g,), at one position and speed."""
     now = instant(start, position, t, qdot, actions)
     q = start.drivers(position.local.z) * start.scales

@@ -16,7 +16,7 @@ from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Fun
 from bondgraph.graph import BondGraph, entry
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import Step
-from bondgraph.motion.walk import Instant, by_rows
+from bondgraph.motion.walk import GraphInstant, by_rows
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class Auditor:
     """Flows and efforts at times (n,), and what the elements' laws require of them, without the equations of motion."""
 
     def __init__(
-        self, dynamics: Dynamics, graph: BondGraph, times: Array, states: Mapping[str, Array], anchors: Any, at: Instant
+        self, dynamics: Dynamics, graph: BondGraph, times: Array, states: Mapping[str, Array], anchors: Any, at: GraphInstant
     ) -> None:
         self.graph, self.times, self.shape, self.state, self.anchors = graph, times, times.shape, states, anchors
         self.displacement_of = dynamics.tables.displacement_of

@@ -40,7 +40,7 @@ from bondgraph.graph import (
     Bond,
     BondGraph,
     Relation,
-    Step,
+    SolutionStep,
     as_graph,
     constant,
     places,
@@ -53,9 +53,9 @@ from bondgraph.graph import (
 from bondgraph.motion.algebra import SOUGHT, Balance, eliminated, settle, solutions
 from bondgraph.motion.runge_kutta import MANY
 from bondgraph.motion.walk import (
-    Group,
-    Instant,
+    GraphInstant,
     JunctionStructure,
+    OutputGroup,
     Port,
     Tables,
     Walk,
@@ -141,7 +141,7 @@ class Formulation(JunctionStructure):
         waiting = [r._replace(terms=tuple(term for term in r.terms if term[1] != 0.0)) for r in waiting]
         determined = set(self.column)
         every = {*self.flow.values(), *self.effort.values()}
-        self.steps: list[Step] = []
+        self.steps: list[SolutionStep] = []
         self.steps += plan(waiting, determined)
         for block in _blocks(graph, waiting, every - determined):
             if block.unknown[0] in determined:
@@ -160,7 +160,7 @@ class Formulation(JunctionStructure):
             on = {k for v in sources(step) for k in self.support[v]}
             self.support |= dict.fromkeys(step.unknown, tuple(sorted(on)))
 
-    def _ordered(self) -> Iterator[Group]:
+    def _ordered(self) -> Iterator[OutputGroup]:
         """Acting ports in an order in which each finds what it needs, loops as one."""
         first, last = len(self.stores), len(self.stores) + len(self.acting)
         needs: dict[int, set[int]] = {}
@@ -169,7 +169,7 @@ class Formulation(JunctionStructure):
             needs[k] = {c - first for c in on if c >= first}
         for members in components(needs):
             loop = len(members) > 1 or members[0] in needs[members[0]]
-            yield Group(tuple(members), loop)
+            yield OutputGroup(tuple(members), loop)
 
     def divided(self) -> list[str]:
         """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
@@ -206,7 +206,7 @@ class Formulation(JunctionStructure):
         self._written(more, assignment)
 
 
-def _check_rank(graph: BondGraph, block: Step) -> None:
+def _check_rank(graph: BondGraph, block: SolutionStep) -> None:
     """Refuses a system that its numbers make singular; moduli count as numbers in no relation to each other."""
     numbers: dict[int, float] = {}
     matrix = np.zeros((len(block.unknown),) * 2)
@@ -339,7 +339,7 @@ def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
     )
 
 
-def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[Step]:
+def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[SolutionStep]:
     """The equations that local steps leave, as the smallest linear systems, in the order of their solution."""
     can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
     owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
@@ -358,7 +358,9 @@ def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[i
         raise GraphError(_contradiction(graph, left or waiting))
     gives = {k: variable for variable, k in owner.items()}
     needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
-    return [Step(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)]
+    return [
+        SolutionStep(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)
+    ]
 
 
 def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
@@ -382,7 +384,7 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
     return made
 
 
-def _bends(form: Formulation, group: Group) -> bool:
+def _bends(form: Formulation, group: OutputGroup) -> bool:
     """True if outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
     ports = [form.acting[k] for k in group.members]
     curved = [p for p in ports if form.graph.is_curve(p.element.name)]
@@ -597,7 +599,7 @@ class Dynamics:
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.graph, self.signals)
 
-    def at(self, t: Any, state: Sequence[Any], anchors: Mapping[str, Any] | None = None) -> Instant:
+    def at(self, t: Any, state: Sequence[Any], anchors: Mapping[str, Any] | None = None) -> GraphInstant:
         """Flows, efforts and rates at a time t (s) and a state (numbers, or arrays of the same shape, one per name).
 
         `anchors` gives, by 1-junction, the displacement in the middle of the smooth piece that laws of motion are in.

@@ -26,8 +26,8 @@ from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
-from bondgraph.motion.switching import Event, Switched, Trip, dry_resistors
-from bondgraph.motion.walk import Instant, Port, Walk
+from bondgraph.motion.switching import Event, Switched, SwitchedMotion, dry_resistors
+from bondgraph.motion.walk import GraphInstant, Port, Walk
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ class Run:
     evaluations: int
     method: str = ""
     messages: tuple[str, ...] = ()
-    trip: Trip | None = None
+    trip: SwitchedMotion | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Run, tuple(getattr(self, one.name) for one in fields(self))
@@ -210,11 +210,11 @@ class Run:
             values[:, mine] = dense(times[mine])
         return values
 
-    def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[Instant, Array, dict[str, Array]]:
+    def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[GraphInstant, Array, dict[str, Array]]:
         """The graph at times, its states there, and the middles of their smooth pieces."""
         if self.trip is not None:
             states, flows, efforts = self.trip.states_flows_efforts(times, owners)
-            return Instant(flows, efforts, [], {}), states, {}
+            return GraphInstant(flows, efforts, [], {}), states, {}
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         return self.dynamics.at(times, list(state), anchors), state, anchors

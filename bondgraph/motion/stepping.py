@@ -507,11 +507,10 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
         inside = inside and piece.ends[0] < accepted.after[0] < piece.ends[1]
         step = None if inside else _landing(piece, accepted)
         over = step is not None
-        if inside:
+        if step is None:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
-        elif step is None:
-            step = Step(accepted, accepted.t, solver.t, after=accepted.after)
-            step, over = _cut(piece, step, speed, solver.f[0])
+            if not inside:
+                step, over = _cut(piece, step, speed, solver.f[0])
         yield step
         if over:
             return

@@ -140,7 +140,7 @@ def _sliding(graph: BondGraph, name: str, way: int) -> Function:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trip:
+class SwitchedMotion:
     """A graph's motion through its modes: stretches, each with its mode, and the events between."""
 
     switched: Switched
@@ -182,7 +182,7 @@ class Trip:
                 states[row, mine] = by_name[name] if flow is None else walk.whole(flow) if name[0] == "f" else 0.0
         return states, flows, efforts
 
-    def difference(self, other: Trip, scales: Mapping[str, float], until: float) -> float:
+    def difference(self, other: SwitchedMotion, scales: Mapping[str, float], until: float) -> float:
         """The greatest difference to another trip, of states by their scales and of events' times; infinite of others."""
         if [e[1:] for e in self.events] != [e[1:] for e in other.events]:
             return math.inf
@@ -346,14 +346,14 @@ class Switched:
             "let it read quantities that its own change does not affect"
         )
 
-    def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[Trip, float]:
+    def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[SwitchedMotion, float]:
         """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
         names, acting = {TIME, *self.graph.displacements, *self.graph.signals}, self.graph.of_kind("Se", "Sf", "R", "0", "1")
         varies = any(names.intersection(self.graph.depends_on(element.name)) for element in acting)
         longest = until / _LEAST_STEPS if varies else math.inf
         tolerance = max(stepping.FIRST * rtol, 10.0 * stepping.FINEST)
 
-        def tighter(tolerance: float, looser: Trip) -> tuple[Trip, float]:
+        def tighter(tolerance: float, looser: SwitchedMotion) -> tuple[SwitchedMotion, float]:
             nonlocal longest
             scales = {name: size or 1.0 for name, size in looser.greatest().items()}
             trip, longest = self.trip(start, until, method, (tolerance, scales), longest), stepping.SHORTER * longest
@@ -364,7 +364,7 @@ class Switched:
 
     def stepped(
         self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]
-    ) -> tuple[Trip, float]:
+    ) -> tuple[SwitchedMotion, float]:
         """The motion in equal steps from event to event, and twice its difference to one with steps of another length."""
         trips, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
         scales = {name: size or 1.0 for name, size in other.greatest().items()}
@@ -414,7 +414,7 @@ class Switched:
         tolerance: tuple[float, Mapping[str, float]],
         longest: float,
         length: float | None = None,
-    ) -> Trip:
+    ) -> SwitchedMotion:
         """The motion from a mode and state on; with a `length`, s, in equal steps."""
         (at, state), t = start, 0.0
         stretches: list[Step] = []
@@ -452,7 +452,7 @@ class Switched:
             if len(events) > _MOST_EVENTS:
                 raise GraphError(f"{_MOST_EVENTS} events reach t = {t:.6g} s only: ask for a shorter time")
             at = after
-        return Trip(self, tuple(stretches), tuple(modes), tuple(events))
+        return SwitchedMotion(self, tuple(stretches), tuple(modes), tuple(events))
 
     def _watched(self, at: Mode, step: Step, beyond: Sequence[tuple[int, int]]) -> Events:
         """The conditions of a mode as events of a step."""

@@ -33,7 +33,7 @@ from bondgraph.elements import (
     Motion,
     is_symbolic,
 )
-from bondgraph.graph import BondGraph, Ratio, Step, constant, entry, sources
+from bondgraph.graph import BondGraph, Ratio, SolutionStep, constant, entry, sources
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.recording import Recorded
 
@@ -54,7 +54,7 @@ class Port(NamedTuple):
     input: int
 
 
-class Group(NamedTuple):
+class OutputGroup(NamedTuple):
     """Places in `Formulation.acting` whose outputs follow at once: one by one, or, in a loop, together."""
 
     members: tuple[int, ...]
@@ -90,9 +90,9 @@ class JunctionStructure:
     stores: tuple[Port, ...]
     acting: tuple[Port, ...]
     followers: tuple[Port, ...]
-    groups: tuple[Group, ...]
+    groups: tuple[OutputGroup, ...]
     column: Mapping[int, int]
-    steps: list[Step]
+    steps: list[SolutionStep]
     support: Mapping[int, tuple[int, ...]]
     ties: Mapping[str, Sequence[tuple[str, str]]]
     displacements: tuple[Displacement, ...]
@@ -195,7 +195,7 @@ class Tables(NamedTuple):
     moduli: tuple[tuple[Any, str], ...]  # varying ratios and the two-ports' names
     owner_of: Mapping[str, int]  # displacement -> flow variable
     displacement_of: Mapping[str, str]  # 1-junction -> displacement
-    iterated: tuple[Group, ...]  # groups of ports whose laws are no straight lines in what they give
+    iterated: tuple[OutputGroup, ...]  # groups of ports whose laws are no straight lines in what they give
     closed: Mapping[int, Mapping[int, float]]  # variables of loops and followers of constants -> gains, rounded once
     bending: frozenset[int]  # places of followers whose own displacement or momentum is found by iteration
     weighed: tuple[int, ...]  # places of stores that others follow, or that have no inertia of their own
@@ -205,7 +205,7 @@ class Tables(NamedTuple):
 Anchors = Mapping[str, Any]
 
 
-class Instant(NamedTuple):
+class GraphInstant(NamedTuple):
     """A graph at one time, or at many.
 
     flows, efforts: of every bond, by its number; a store's in derivative causality with the others' rates in it. rates: of
@@ -264,12 +264,12 @@ class Walk:
         stores = self._store_rates()
         return stores + [self.whole(self.tables.owner_of[d.name]) for d in self.form.displacements]
 
-    def instant(self) -> Instant:
+    def instant(self) -> GraphInstant:
         """Flows, efforts, rates of the state."""
         rates = self.rates()
         flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.source.bonds}
         efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.source.bonds}
-        return Instant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
+        return GraphInstant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli})
 
     def value(self, variable: int) -> Any:
         """A flow or effort without the outputs of followers."""
@@ -497,7 +497,7 @@ class Walk:
                 for row, variable in enumerate(step.unknown):
                     self.gain[variable] = dict(zip(columns, solution[row], strict=True))
 
-    def _matrix(self, step: Step) -> list[list[Any]]:
+    def _matrix(self, step: SolutionStep) -> list[list[Any]]:
         return [
             [total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
             for relation in step.relations

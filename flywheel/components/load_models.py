@@ -17,7 +17,7 @@ from flywheel.numerics.jets import expm1, log
 Array = NDArray[np.float64]
 
 
-class Model(NamedTuple):
+class LoadModel(NamedTuple):
     """A load of a known kind: its words, its law in a sentence, and true for a loss, which has no useful work."""
 
     words: str
@@ -30,17 +30,19 @@ _STROKE = (
     "Rectangular: F = E/s; triangular: F = (2 E/s)(1 − p/s); E the energy, s the travel of the force, p the penetration."
 )
 MODELS = {
-    "constant": Model("resistance", ""),
-    "fan": Model("fan", _SQUARE),
-    "pump": Model("pump", _SQUARE),
-    "losses": Model("losses", "T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares.", True),
-    "belt": Model("belt", "T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
-    "press": Model("press", _STROKE),
-    "punch": Model("punch", _STROKE),
-    "indicator": Model(
+    "constant": LoadModel("resistance", ""),
+    "fan": LoadModel("fan", _SQUARE),
+    "pump": LoadModel("pump", _SQUARE),
+    "losses": LoadModel(
+        "losses", "T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares.", True
+    ),
+    "belt": LoadModel("belt", "T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
+    "press": LoadModel("press", _STROKE),
+    "punch": LoadModel("punch", _STROKE),
+    "indicator": LoadModel(
         "gas", "F = −A (p − p₀), A the piston's area, p the pressure of the diagram, straight between its rows."
     ),
-    "compressor": Model(
+    "compressor": LoadModel(
         "compressor",
         "F = −A (p − p₀), A the piston's area, p₀ the pressure behind it; p = pₛ ((1 + c)/(c + s))ⁿ while it compresses and "
         "p = p_d (c/(c + s))ᵐ while what is left in the clearance expands, c the clearance, s the share of the stroke.",
@@ -49,7 +51,7 @@ MODELS = {
 """The loads of known kinds, by the type that a scene names."""
 
 
-def model_of(text: str) -> Model | None:
+def model_of(text: str) -> LoadModel | None:
     """The known kind that a load's text names, such as `press: 24.7 kJ over 15 mm`; else None, also for a drive."""
     return MODELS.get(text.partition(":")[0])
 

@@ -30,15 +30,8 @@ _NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one
 TAIL_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
 _LAST = POINTS.size - 1
-
-
-def _padded(matrix: Array) -> Array:
-    """A matrix for rows that have a place for each end of the cell beside the nodes."""
-    return np.concatenate((0.0 * matrix[:1], matrix, 0.0 * matrix[:1]))
-
-
 _DEGREES = np.arange(ORDER)
-_FIT = _padded(cells.fit(np.eye(ORDER))).T
+_FIT = np.pad(cells.fit(np.eye(ORDER)), ((1, 1), (0, 0))).T  # with a place for each end of the cell beside the nodes
 _WEIGHTS = np.outer((1.0, 0.0), cells.MEAN @ _FIT)  # values -> integral; with a row of zeros it is a product of matrices
 _AT_ENDS = np.stack(((-1.0) ** _DEGREES, np.ones(ORDER)))  # series -> its values at the ends
 _SLOPE_AT_ENDS = np.stack(((-1.0) ** (_DEGREES + 1) * _DEGREES**2, 1.0 * _DEGREES**2))

@@ -32,7 +32,7 @@ from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, brief, name_faults, refuse, show, suggestion
-from flywheel.numerics.optima import Slopes, slopes
+from flywheel.numerics.optima import FigureSlopes, slopes
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers
 from flywheel.reading.schema import WHEEL_KEYS
@@ -440,7 +440,7 @@ def check_figures(result: Sensitivities, names: Iterable[str]) -> None:
         result._figure_name(name)
 
 
-def _derivative(of: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> Derivative:
+def _derivative(of: FigureSlopes, i: int, j: int, reasons: _Reasons, figure: str) -> Derivative:
     """One derivative, with the reason where it has none."""
     value, error = float(of.both[i, j]), float(of.error[i, j])
     if not isnan(value):

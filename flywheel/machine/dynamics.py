@@ -108,7 +108,7 @@ def _one(value: Any) -> float:
     return float(np.ravel(value)[0])
 
 
-class Dynamics:
+class MachineDynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
     `joint_friction` is the friction in its joints at the actual motion, None if nothing rubs or its moment is given;
@@ -139,7 +139,7 @@ class Dynamics:
         return [(machine.backwards, True)] if np.all(back) else [(machine, ~back), (machine.backwards, back)]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Dynamics, (self.machine, self.inertia, self.balance, self.joint_friction)
+        return MachineDynamics, (self.machine, self.inertia, self.balance, self.joint_friction)
 
     def at(
         self,
@@ -547,13 +547,13 @@ class Dynamics:
         )
 
 
-def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> Dynamics:
+def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> MachineDynamics:
     """The dynamics of a machine with a flywheel (kg m² at the crank), with the friction of its joints where they rub."""
     if not machine.has_joint_friction:
-        return Dynamics(machine, inertia, balance)
+        return MachineDynamics(machine, inertia, balance)
     from flywheel.machine.reactions import joint_friction_of
 
-    return Dynamics(machine, inertia, balance, joint_friction_of(machine))
+    return MachineDynamics(machine, inertia, balance, joint_friction_of(machine))
 
 
 # -- the record of a motion in time --------------------------------------------------------------------------------------
@@ -624,7 +624,7 @@ class Trail(NamedTuple):
     that counts as rest.
     """
 
-    dynamics: Dynamics
+    dynamics: MachineDynamics
     start: Start
     stretches: tuple[Stretch, ...]
     goal: str | None = None

@@ -28,7 +28,7 @@ POSITION = frozenset({"phi", "x", "v"})
 """Names by which a law reads where its place is, or which way it goes."""
 
 
-class Place(NamedTuple):
+class EffortPlace(NamedTuple):
     """Place at which an effort acts: its 1-junction, its displacement, and the angle for its windows and `phi`.
 
     angle = rate * phi + phase, phi being the crank's. `shaft`: it is a shaft, whose own speed loads on it see.
@@ -142,7 +142,7 @@ class Effort:
     def __init__(
         self,
         load: Load,
-        place: Place,
+        place: EffortPlace,
         parameters: Mapping[str, float],
         unknown: str | None = None,
         senses: Senses | Callable[[], Senses] | None = None,
@@ -370,7 +370,7 @@ class FrictionCurve:
         return float(cells.integral(np.abs(self(here, here) - other(here, here)), self.mesh.half).sum())
 
 
-def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
+def spring_effort(spring: Spring, place: EffortPlace) -> Callable[[Here, Here], Any]:
     """Effort of a spring, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
 
     def effort(here: Here, anchor: Here) -> Any:
@@ -379,7 +379,7 @@ def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
     return effort
 
 
-def crank_angles(local: float | Array, every: float, place: Place, cycle: float) -> Array:
+def crank_angles(local: float | Array, every: float, place: EffortPlace, cycle: float) -> Array:
     """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes one of `local`."""
     column = np.array(local, ndmin=1)[:, None]
     first = np.ceil((place.phase - column) / every - 1e-12)

@@ -24,7 +24,7 @@ from bondgraph.graph import BondGraph, Builder
 from bondgraph.numerics import uncounted
 from bondgraph.reduction import Reduced, Reduction
 from flywheel.language import text as _
-from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, moving_switches, spring_effort
+from flywheel.machine.loads import Effort, EffortPlace, FrictionCurve, Senses, crank_angles, moving_switches, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
 from flywheel.numerics import notebook
@@ -521,7 +521,7 @@ class Machine:
     def _mechanism_breakpoints(self, *, switching: bool = False) -> Iterator[tuple[str, float]]:
         """Yields names of mechanisms and their breakpoints; with `switching` those alone at which a law switches."""
         for mechanism in self.scene.mechanisms:
-            place = Place("", _turned(1.0), self.scene.shafts[mechanism.shaft], mechanism.phase)
+            place = EffortPlace("", _turned(1.0), self.scene.shafts[mechanism.shaft], mechanism.phase)
             family = self._families[mechanism.name]
             for angle in family.switches if switching else family.breakpoints:
                 if mechanism.stroke is not None:
@@ -757,17 +757,17 @@ class Machine:
 
     # -- places ------------------------------------------------------------------------------------------------------
 
-    def _places(self) -> Iterator[tuple[str, Place]]:
+    def _places(self) -> Iterator[tuple[str, EffortPlace]]:
         """Every shaft and every port of a mechanism, by name."""
         origin = self.scene.origin
         for name, ratio in self.scene.shafts.items():
-            yield name, Place(name, _turned(ratio, origin), 1.0, origin, self._domain == "rotation", shaft=True)
+            yield name, EffortPlace(name, _turned(ratio, origin), 1.0, origin, self._domain == "rotation", shaft=True)
         for mechanism in self.scene.mechanisms:
             family, rate = self._families[mechanism.name], self.scene.shafts[mechanism.shaft]
             rotating = {velocity.name: velocity.rotating for velocity in family.velocities}
             for name, port in family.ports.items():
                 junction = f"{mechanism.name}.{port.velocity}"
-                place = Place(junction, _displaced(port.position), rate, mechanism.phase, rotating[port.velocity])
+                place = EffortPlace(junction, _displaced(port.position), rate, mechanism.phase, rotating[port.velocity])
                 yield f"{mechanism.name}.{name}", place
 
     def motion_of(self, place: str) -> Motion:

@@ -389,7 +389,7 @@ def cosine(name: str) -> cached_property[Any]:
 # -- parts that chains share -------------------------------------------------------------------------------------------
 
 
-class Line(NamedTuple):
+class BodyLine(NamedTuple):
     """A line fixed in a turning body: its angle, that angle's sine, cosine and rate d(angle)/dpsi."""
 
     velocity: str
@@ -409,7 +409,7 @@ class Parts(NamedTuple):
 
 HERE = (0.0, 0.0)
 CRANK_PART = Part("crank", "turns about a fixed pivot; its first pin is the pivot", (length("pivot to crank pin"),), BODY)
-CRANK = Line("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), lambda _: 1.0)
+CRANK = BodyLine("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), lambda _: 1.0)
 
 
 def block_on_pin(made: Derivation, radius: str) -> None:
@@ -417,9 +417,9 @@ def block_on_pin(made: Derivation, radius: str) -> None:
     made.pinned("block", _("Block on the crank's pin"), (radius, made.driver, "1", "0"), "crank.pin")
 
 
-def line(name: str) -> Line:
+def line(name: str) -> BodyLine:
     """Line of a body whose position has the attributes NAME, NAME_sin, NAME_cos and NAME_rate."""
-    return Line(name, *map(attrgetter, (name, f"{name}_sin", f"{name}_cos", f"{name}_rate")))
+    return BodyLine(name, *map(attrgetter, (name, f"{name}_sin", f"{name}_cos", f"{name}_rate")))
 
 
 def joined(*parts: Parts) -> Parts:
@@ -496,7 +496,7 @@ def by_directions(forces: Iterable[WeightForce], passed: Iterable[float]) -> flo
     return error
 
 
-def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:
+def arm(line: BodyLine, length: float, tilt: float = 0.0) -> tuple[Term, Term]:
     """Velocity along x and along y of the end of an arm, relative to its start, from the arm's angular velocity.
 
     The arm has `length` (m) and lies `tilt` (rad) counter-clockwise from the line: end = length (cos a, sin a) with
@@ -510,7 +510,7 @@ def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:
     return Term(line.velocity, along_x), Term(line.velocity, along_y)
 
 
-def point(line: Line, name: str, radius: float, mass: float, body: str, tilt: float = 0.0) -> Parts:
+def point(line: BodyLine, name: str, radius: float, mass: float, body: str, tilt: float = 0.0) -> Parts:
     """Point of a body on a fixed pivot: NAME is its tangential speed; NAME.x and NAME.y are its components."""
     if radius == 0:
         return Parts()
@@ -523,14 +523,14 @@ def point(line: Line, name: str, radius: float, mass: float, body: str, tilt: fl
     return Parts(velocities, carried(name, mass, body), _weights(name, mass, body))
 
 
-def pivoted(line: Line, mechanism: Mechanism, name: str) -> Parts:
+def pivoted(line: BodyLine, mechanism: Mechanism, name: str) -> Parts:
     """Body on a fixed pivot: inertia on its rotation, mass on the tangential speed of its centre of mass."""
     part = body(mechanism, name)
     inertia = Parts(masses=carried(line.velocity, part.inertia, name))
     return joined(inertia, point(line, f"{name}.com", part.com, part.mass, name, part.com_angle))
 
 
-def floating(line: Line, mechanism: Mechanism, name: str, offset: float, carrier: Line = CRANK) -> Parts:
+def floating(line: BodyLine, mechanism: Mechanism, name: str, offset: float, carrier: BodyLine = CRANK) -> Parts:
     """Body whose first pin is the end of a carrier's arm, `offset` (m) from the carrier's fixed pivot.
 
     The velocity of its centre of mass is that of the pin, plus that of its rotation about it.

@@ -123,7 +123,7 @@ class Cyclic(NamedTuple):
     solution: Solution
     period: float | None
     winding: Array
-    unknowns: Unknowns | None = None
+    unknowns: LinkageUnknowns | None = None
 
     @property
     def loops(self) -> Loops:
@@ -140,7 +140,7 @@ def followed(mechanism: Mechanism) -> Cyclic:
         plain, lengths = followed(replace(mechanism, linkage=_mapped(linkage, present))), _numbers(_unweighed(linkage))
         if lengths and not lengths[0].recorder.exact:
             raise TypeError("lengths of a linkage")
-        return plain._replace(unknowns=Unknowns(_unweighed(linkage), lengths, plain)) if lengths else plain
+        return plain._replace(unknowns=LinkageUnknowns(_unweighed(linkage), lengths, plain)) if lengths else plain
     if mechanism.stroke is not None:
         try:
             solution = solve(linkage, *mechanism.stroke)
@@ -187,7 +187,7 @@ def _numbers(linkage: Linkage) -> list[Any]:
     return list(numbers.values())
 
 
-class Unknowns:
+class LinkageUnknowns:
     """The unknowns of a linkage as functions of its driver's coordinate and of recorded numbers, by its loops' equations.
 
     Called with a coordinate, in floats or intervals, it returns the values of all unknowns (rad, or m) at the present

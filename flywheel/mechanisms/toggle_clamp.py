@@ -260,7 +260,7 @@ class TogglePosition(f.Position):
 
 
 DRIVE = f.line("bell_crank")
-CLAMP = f.Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", "bell_crank_rate")))
+CLAMP = f.BodyLine("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", "bell_crank_rate")))
 ROD = f.line("rod")._replace(rate=attrgetter("rod_turn"))
 
 

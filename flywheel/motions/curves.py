@@ -174,7 +174,7 @@ def edges_of(scene: Scene) -> Array:
     return np.asarray(edges[np.append(True, np.diff(edges) > 64 * ROUNDING * cycle)])
 
 
-class Curve(NamedTuple):
+class MotionCurve(NamedTuple):
     """Position, velocity and acceleration of one thing over a motion.
 
     `kind` is "angle", "point" or "slide" and `unit` that of the position, rad or m. Of n positions of the driver, angles and
@@ -273,7 +273,7 @@ class Moving:
             for name, place in curves.items()
         }
 
-    def curves(self, driver: Driver) -> tuple[dict[str, Curve], dict[str, str]]:
+    def curves(self, driver: Driver) -> tuple[dict[str, MotionCurve], dict[str, str]]:
         """Position, velocity and acceleration of everything as the driver moves, with errors; other names of them."""
         curves, other = self.places(driver.q)
         errors = self.errors(driver.q, curves)
@@ -303,11 +303,11 @@ def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Arr
     return x, g * driver.rate, parts[0] + parts[1], parts
 
 
-def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
+def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], driver: Driver) -> MotionCurve:
     """A curve with its errors, from those of position, g, g' and of the driver's motion."""
     x, v, a, parts = _moved(place.track, driver)
     if driver.rate is None or driver.acceleration is None:
-        return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, errors)
+        return MotionCurve(name, place.kind, UNITS[place.kind], x, v, a, parts, errors)
     (_, g, bend), (of_x, of_g, of_bend) = place.track, errors
     size, speeding, (_, _, slower, less) = np.abs(driver.rate), np.abs(driver.acceleration), driver.errors
     apart = (
@@ -319,4 +319,4 @@ def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], dr
         + (np.abs(bend) + of_bend) * (2 * size + slower) * slower
         + state.ROUNDINGS * ROUNDING * (np.abs(parts[0]) + np.abs(parts[1])),
     )
-    return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, apart)
+    return MotionCurve(name, place.kind, UNITS[place.kind], x, v, a, parts, apart)

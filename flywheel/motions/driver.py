@@ -1,6 +1,6 @@
 """Motion of a machine's driver: per unit, at constant speed, in the steady regime, along a transient, by a law of time.
 
-Each gives a `Course`: position, rate and acceleration of the driver at values of its coordinate or of time, with errors.
+Each gives a `DriverCourse`: position, rate and acceleration of the driver over its coordinate or over time, with errors.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ Array = NDArray[np.float64]
 UNSURE = state.ROUNDINGS * ROUNDING
 
 
-class Course(NamedTuple):
+class DriverCourse(NamedTuple):
     """Course of the driver: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
 
     Between `edges` (values of the variable) it moves smoothly. `exactly` is the relative smoothness of its curves;
@@ -83,14 +83,14 @@ class Course(NamedTuple):
         return sorted([*pairs, *at_end])
 
 
-def per_unit(scene: Scene) -> Course:
+def per_unit(scene: Scene) -> DriverCourse:
     """The driver's coordinate itself, through the cycle or along the stroke."""
-    return Course(
+    return DriverCourse(
         "per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver, cyclic=scene.stroke is None
     )
 
 
-def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
+def constant_speed(scene: Scene, speed: float | str, over: str) -> DriverCourse:
     """A constant speed (rad/s or m/s; "scene": the scene's own), through a cycle or along the stroke, from either end."""
     stroke, acceleration = scene.stroke, 0.0
     if speed == "scene":
@@ -117,12 +117,12 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
         if over == TIME:
             defect = "time with a speed and an acceleration that hold at every position"
             raise SceneError([Fault("over", defect, "the driver", "give a law of time")])
-        return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, None))
+        return DriverCourse(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, None))
     if over == TIME:
-        return Course(
+        return DriverCourse(
             condition, TIME, 0.0, abs(scene.cycle / speed), lambda t: at(first + speed * t, t), cyclic=stroke is None
         )
-    return Course(
+    return DriverCourse(
         condition,
         DRIVER,
         scene.origin,
@@ -143,7 +143,7 @@ def _speed(scene: Scene, speed: float) -> str:
 _INVERTED = 1440  # angles between which the time along the cycle is inverted by Newton's method
 
 
-def steady(machine: Machine, over: str) -> Course:
+def steady(machine: Machine, over: str) -> DriverCourse:
     """The steady regime with the scene's flywheel, given or sized, through one cycle."""
     scene = machine.scene
     if scene.stroke is not None:
@@ -191,7 +191,7 @@ def steady(machine: Machine, over: str) -> Course:
         )
     edges = np.asarray(machine.breakpoints)
     if over == DRIVER:
-        return Course(
+        return DriverCourse(
             condition,
             DRIVER,
             0.0,
@@ -212,13 +212,13 @@ def steady(machine: Machine, over: str) -> Course:
             q = q - (time(q) - left) * steady_motion(machine, sizing, q % cycle)[0].omega
         return along(q + turns * cycle, t, share * np.abs(t) + 4 * ROUNDING * period)
 
-    return Course(condition, TIME, 0.0, period, at, tuple(time(edges).tolist()), exactly=1e-9, cyclic=True)
+    return DriverCourse(condition, TIME, 0.0, period, at, tuple(time(edges).tolist()), exactly=1e-9, cyclic=True)
 
 
 # -- a transient -------------------------------------------------------------------------------------------------------
 
 
-def along_transient(scene: Scene, source: Transient | Motion) -> Course:
+def along_transient(scene: Scene, source: Transient | Motion) -> DriverCourse:
     """A motion that `flywheel.transient` or `flywheel.simulate` followed, with its own estimated error."""
     motion = source.motion if isinstance(source, Transient) else source
     trail = motion.trail
@@ -254,7 +254,7 @@ def along_transient(scene: Scene, source: Transient | Motion) -> Course:
         _speed(scene, float(motion.omega[0])),
     )
     edges = np.unique(switching(trail)[0])
-    return Course(
+    return DriverCourse(
         f"from {place}, {pace}: {ended or f'followed for {figure(last)} s'}",
         TIME,
         0.0,
@@ -283,7 +283,7 @@ _FEWEST = 4  # rows of a table
 _PROBED = 32
 
 
-class _Law(NamedTuple):
+class _PositionLaw(NamedTuple):
     """A position in time, with two derivatives by the formula that holds at an anchor, smooth between edges.
 
     `passes` gives the times at which it has a value.
@@ -298,7 +298,7 @@ class _Law(NamedTuple):
 
 def imposed(
     scene: Scene, law: object, until: float | None, limits: Mapping[str, tuple[float, float]] | None = None
-) -> Course:
+) -> DriverCourse:
     """A driver that is moved by a law of time.
 
     Args:
@@ -356,7 +356,7 @@ def imposed(
         return Driver(parts[0], t, parts[1], parts[2], (0.0 * t, *errors))
 
     edge = tuple(edges[1:-1].tolist())
-    return Course(f"imposed: {imposed_law.words}", TIME, first, last, at, edge, tuple(messages))
+    return DriverCourse(f"imposed: {imposed_law.words}", TIME, first, last, at, edge, tuple(messages))
 
 
 def scene_moved(path: Path, law: object, until: float | None) -> Scene:
@@ -401,7 +401,7 @@ def scene_moved(path: Path, law: object, until: float | None) -> Scene:
     return build_scene({**kept, "stroke": {"from": least, "to": most}}, path.parent, path)
 
 
-def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, float]]) -> None:
+def _check_limits(scene: Scene, law: _PositionLaw, limits: Mapping[str, tuple[float, float]]) -> None:
     """A SceneError with the first instant at which a law passes a limit."""
     first, last = float(law.edges[0]), float(law.edges[-1])
     faults: list[tuple[float, Fault]] = []
@@ -432,7 +432,7 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
         raise SceneError([min(faults, key=lambda one: one[0])[1]])
 
 
-def _law_of(scene: Scene, law: object, until: float | None) -> _Law:
+def _law_of(scene: Scene, law: object, until: float | None) -> _PositionLaw:
     if isinstance(law, Path) or (isinstance(law, str) and law.strip().lower().endswith(".csv")):
         return _table(scene, *_columns(scene, Path(law)), until, f"the table {Path(law).name}")
     if isinstance(law, str):
@@ -452,7 +452,7 @@ def _needed(until: float | None) -> float:
     return float(until)
 
 
-def _formula(scene: Scene, text: str, until: float) -> _Law:
+def _formula(scene: Scene, text: str, until: float) -> _PositionLaw:
     """A law by an expression of t and the scene's parameters."""
     dimension = "velocity" if scene.sliding else "speed"
     try:
@@ -499,13 +499,13 @@ def _formula(scene: Scene, text: str, until: float) -> _Law:
 
         return roots_in_pieces(enclose, lambda t, anchor: jet(t, anchor)[0] - end, edges)
 
-    return _Law(text.strip(), jet, edges, tuple(breaks), passes)
+    return _PositionLaw(text.strip(), jet, edges, tuple(breaks), passes)
 
 
 _JETS = jet_namespace(NAMESPACE)
 
 
-def _table(scene: Scene, times: Array, positions: Array, until: float | None, words: str) -> _Law:
+def _table(scene: Scene, times: Array, positions: Array, until: float | None, words: str) -> _PositionLaw:
     """A law by the cubic spline through a table (C², not periodic, not-a-knot ends)."""
     from scipy.interpolate import CubicSpline  # only a table needs it
 
@@ -536,7 +536,7 @@ def _table(scene: Scene, times: Array, positions: Array, until: float | None, wo
         roots = spline.solve(value, extrapolate=False)
         return np.asarray(roots[np.isfinite(roots)])
 
-    return _Law(f"{words} by a cubic spline", jet, edges, (), passes)
+    return _PositionLaw(f"{words} by a cubic spline", jet, edges, (), passes)
 
 
 _UNIT = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)")
@@ -567,7 +567,7 @@ def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
     return times, positions
 
 
-def _function(law: Callable[..., Any], until: float) -> _Law:
+def _function(law: Callable[..., Any], until: float) -> _PositionLaw:
     """A law by a function of t that gives position, rate and acceleration, checked against its own differences."""
 
     def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
@@ -592,7 +592,7 @@ def _function(law: Callable[..., Any], until: float) -> _Law:
         at = np.flatnonzero(np.sign(q[1:]) != np.sign(q[:-1]))
         return roots_between(lambda t: jet(t, t)[0] - value, grid[at], grid[at + 1])
 
-    return _Law("a function of t", jet, edges, (), passes)
+    return _PositionLaw("a function of t", jet, edges, (), passes)
 
 
 def _triple(value: Any) -> tuple[float, float, float]:
@@ -613,7 +613,7 @@ def course_of(
     regime: bool,
     transient: Transient | Motion | None,
     limits: Callable[[], Mapping[str, tuple[float, float]]] | None = None,
-) -> tuple[Course, str]:
+) -> tuple[DriverCourse, str]:
     """The requested course, and the axis of its curves."""
     scene = scene_of(machine)
     options = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
@@ -642,7 +642,7 @@ def course_of(
     return per_unit(scene), axis
 
 
-def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Array:
+def instants(course: DriverCourse, over: str, at: ArrayLike | None, points: int) -> Array:
     """Values of a course's variable: those of given positions or times, or evenly spaced ones.
 
     Positions of a motion in time are those that the driver passes first.

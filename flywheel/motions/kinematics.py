@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.mechanisms import KINDS
-from flywheel.motions.curves import POINTS, Curve, Moving, amount
-from flywheel.motions.driver import DRIVER, Course, course_of, instants
+from flywheel.motions.curves import POINTS, MotionCurve, Moving, amount
+from flywheel.motions.driver import DRIVER, DriverCourse, course_of, instants
 from flywheel.motions.motion import Motion, Transient
 from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import ROUNDING
@@ -77,11 +77,11 @@ class Kinematics:
     q: Array
     rate: Array | None
     acceleration: Array | None
-    curves: Mapping[str, Curve]
+    curves: Mapping[str, MotionCurve]
     errors: Mapping[str, Array]
     messages: tuple[str, ...]
     other_names: Mapping[str, str]
-    course: Course
+    course: DriverCourse
 
     def __repr__(self) -> str:
         """Short description, instead of every curve."""
@@ -145,7 +145,7 @@ class Kinematics:
         """Remarks on the curves and their extremes."""
         return (*self.messages, *filter(None, [self._survey.message]))
 
-    def __getitem__(self, name: str) -> Curve:
+    def __getitem__(self, name: str) -> MotionCurve:
         """The curve of a name; a SceneError with the nearest one if there is none."""
         return self.curves[chosen(name, self.curves, self.other_names)]
 
@@ -267,7 +267,7 @@ class _Row(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> Survey:
+def survey(moving: Moving, course: DriverCourse, over: str, names: Sequence[str]) -> Survey:
     """Extremes, dead centres and breakpoints of curves over a whole course, by Chebyshev series on cells.
 
     Cells are halved until the series of all velocities and accelerations agree with them as closely as the course is smooth.
@@ -326,7 +326,7 @@ def _component(vector: Array, component: str) -> Array:
     return vector if component == "" else amount(vector) if component == "total" else vector["xy".index(component)]
 
 
-def _noise(curve: Curve, row: _Row) -> float:
+def _noise(curve: MotionCurve, row: _Row) -> float:
     """Accuracy of a function's values at the edges of cells, where it is least."""
     error = _component(curve.errors[row.order], row.component)
     if row.component == "total":
@@ -335,7 +335,7 @@ def _noise(curve: Curve, row: _Row) -> float:
     return float(error.max())
 
 
-def _cell_edges(moving: Moving, course: Course, most: int) -> tuple[Array, bool]:
+def _cell_edges(moving: Moving, course: DriverCourse, most: int) -> tuple[Array, bool]:
     """Edges of the first cells over a course: its and the mechanisms' switches, and between; True if close enough."""
     scene = moving.scene
     fastest = max(1.0, *map(abs, scene.shafts.values())) if scene.stroke is None else 1.0
@@ -358,7 +358,7 @@ def _cell_edges(moving: Moving, course: Course, most: int) -> tuple[Array, bool]
     return np.sort(np.concatenate((edges, even[near]))), close
 
 
-def _axis(course: Course, over: str, variable: Array) -> Array:
+def _axis(course: DriverCourse, over: str, variable: Array) -> Array:
     """Values of a course's variable as places on the axis."""
     return variable if over == course.variable or not variable.size else course.at(variable).q
 
@@ -377,7 +377,7 @@ def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array,
     return np.asarray(mesh.edges[1:-1][jumps])
 
 
-def _axis_errors(course: Course, over: str, at: Array, off: Array) -> Array:
+def _axis_errors(course: DriverCourse, over: str, at: Array, off: Array) -> Array:
     """Errors on the axis from errors of the variable; for a motion in time on the driver's axis, those of its position."""
     if over == course.variable or not at.size:
         return off
@@ -386,7 +386,7 @@ def _axis_errors(course: Course, over: str, at: Array, off: Array) -> Array:
     return np.asarray(off * np.abs(driver.rate) + driver.errors[1])
 
 
-def _break_errors(course: Course, breaks: Array) -> Array:
+def _break_errors(course: DriverCourse, breaks: Array) -> Array:
     """Errors of breakpoints: rounding, and in time the driver's delay if its position is not more accurate."""
     rounding = np.full(breaks.size, 64 * ROUNDING * max(abs(course.start), abs(course.end)))
     if course.variable == DRIVER or not breaks.size:
@@ -402,7 +402,7 @@ def _break_errors(course: Course, breaks: Array) -> Array:
 
 
 def _dead_centres(
-    course: Course, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
+    course: DriverCourse, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
 ) -> dict[str, tuple[Array, Array]]:
     """Values of the course's variable at which velocities pass zero, with errors: of a point both components at once."""
     names = list(dict.fromkeys(row.name for row in rows))
@@ -464,7 +464,7 @@ def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> tuple[Any
 
 
 def _extremes(
-    moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
+    moving: Moving, course: DriverCourse, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
 ) -> dict[str, tuple[Extreme, ...]]:
     """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
     row, where, t, extreme_values, half, bend, wide = _turning_points(mesh, series, level)

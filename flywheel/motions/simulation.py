@@ -23,7 +23,7 @@ from bondgraph.motion.dynamics import Formulation
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
-from flywheel.machine.dynamics import Dynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, Start, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import Motion, works_of
 from flywheel.numerics.cells import ROUNDING
@@ -155,7 +155,7 @@ def actual(source: Machine | Scene) -> Machine:
 
 
 def motion_from(
-    dynamics: Dynamics,
+    dynamics: MachineDynamics,
     start: Start,
     until: float,
     rtol: float,

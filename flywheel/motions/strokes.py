@@ -19,7 +19,7 @@ import numpy as np
 
 from bondgraph.motion.stepping import Step
 from bondgraph.numerics import root
-from flywheel.machine.dynamics import NODES, Dynamics, Start, Stretch, Trail
+from flywheel.machine.dynamics import NODES, MachineDynamics, Start, Stretch, Trail
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
@@ -188,8 +188,8 @@ class Strokes:
         self.wheel = scene.shafts[scene.flywheel_on] / self.ratio  # of the flywheel's speed over the clutch's shaft's
         self.end = self._coming(self.clutch.disengage)
         self.brakes_at = self._coming(self.brake.engage)
-        self._machines: dict[tuple[int, Ramp, Ramp | None], tuple[Dynamics, Dynamics]] = {}
-        self._parts: list[Dynamics] = [] if like is None else like._parts
+        self._machines: dict[tuple[int, Ramp, Ramp | None], tuple[MachineDynamics, MachineDynamics]] = {}
+        self._parts: list[MachineDynamics] = [] if like is None else like._parts
 
     def _coming(self, angle: float) -> float:
         """A crank angle (rad) in the last turn of a stroke that begins at `stop_at`."""
@@ -199,11 +199,11 @@ class Strokes:
     # -- the machines ----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def whole(self) -> Dynamics:
+    def whole(self) -> MachineDynamics:
         """The machine with its clutch locked and its brake off."""
         return self._part(replace(self.scene, single_stroke=None), self.inertia * self.scene.flywheel_ratio**2)
 
-    def _part(self, scene: Scene, inertia: float) -> Dynamics:
+    def _part(self, scene: Scene, inertia: float) -> MachineDynamics:
         """The machine of a scene with a flywheel (kg m² at its crank), or the existing one."""
         machine = None
         for part in self._parts:
@@ -212,21 +212,21 @@ class Strokes:
                 if part.inertia == inertia:
                     return part
         del self._parts[:-_MOST_PARTS]
-        self._parts.append(Dynamics(machine or Machine(scene), inertia))
+        self._parts.append(MachineDynamics(machine or Machine(scene), inertia))
         return self._parts[-1]
 
     @cached_property
-    def driving(self) -> Dynamics:
+    def driving(self) -> MachineDynamics:
         """The driving side alone, reduced to the shaft of the clutch."""
         return self._driving(None)
 
     @cached_property
-    def driven(self) -> Dynamics:
+    def driven(self) -> MachineDynamics:
         """The driven side alone, its brake off."""
         return self._driven()
 
     @cached_property
-    def braked(self) -> Dynamics:
+    def braked(self) -> MachineDynamics:
         """The driven side with its brake, which is applied at t = 0."""
         return self._driven([self._braking(Ramp(self.brake.torque, 0.0, self.brake.rise))])
 
@@ -238,7 +238,7 @@ class Strokes:
             law += f"*({0.5 + 0.5 * share!r}*sign(omega) + {0.5 - 0.5 * share!r})" if share != 1.0 else "*sign(omega)"
         return _load(self.brake.on, law, BRAKE)
 
-    def _engaged(self, sense: int, clutch: Ramp, brake: Ramp | None) -> tuple[Dynamics, Dynamics]:
+    def _engaged(self, sense: int, clutch: Ramp, brake: Ramp | None) -> tuple[MachineDynamics, MachineDynamics]:
         """Both sides with the slipping clutch (sense 1 or -1) and a brake that acts; while it is locked twice the whole."""
         key = sense, clutch if sense else Ramp(0.0, 0.0, 0.0), brake
         if key not in self._machines:
@@ -255,7 +255,7 @@ class Strokes:
                 self._machines[key] = whole, whole
         return self._machines[key]
 
-    def _driving(self, law: str | None) -> Dynamics:
+    def _driving(self, law: str | None) -> MachineDynamics:
         scene, on = self.scene, self.clutch.on
         mine = beyond(scene, on)
         names = {name: "crank" if name == on else name for name in mine}
@@ -278,7 +278,7 @@ class Strokes:
         )
         return self._part(side, self.inertia * self.wheel**2)
 
-    def _driven(self, loads: Sequence[Load] = ()) -> Dynamics:
+    def _driven(self, loads: Sequence[Load] = ()) -> MachineDynamics:
         scene, on = self.scene, self.clutch.on
         theirs = set(beyond(scene, on)) - ({on} if any(load.on == on for load in loads) else set())
         side = replace(
@@ -317,7 +317,7 @@ class Strokes:
         k = int(falls[-1])
         return root(moment, float(speeds[k]), float(speeds[k + 1])) / self.ratio
 
-    def _run(self, dynamics: Dynamics, start: Start, goals: Iterable[Goal] = (), until: float | None = None) -> Trail:
+    def _run(self, dynamics: MachineDynamics, start: Start, goals: Iterable[Goal] = (), until: float | None = None) -> Trail:
         """A phase, until a goal or a time (s)."""
         longest = start.time + _LONGEST * TURN / self.typical if until is None else until
         return follow(dynamics, start, longest, self.rtol, [*goals])
@@ -447,7 +447,7 @@ class Strokes:
         return (_last(leg.driving)[1] if leg.sense else self.ratio * crank[1]), crank
 
     def _slip(
-        self, dynamics: tuple[Dynamics, Dynamics], side: Start, crank: Start, acting: Acting, fresh: bool
+        self, dynamics: tuple[MachineDynamics, MachineDynamics], side: Start, crank: Start, acting: Acting, fresh: bool
     ) -> tuple[Trail, Trail]:
         """Both sides while the clutch slips, from the end of a locked leg (`fresh`) or from any speeds."""
         ratio, begin, goals, sense, turn = self.ratio, side.time, acting.goals, acting.sense, TURN / self.typical
@@ -529,7 +529,7 @@ class Strokes:
             raise SceneError([self._fault(f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}")])
         raise SceneError([self._fault(defect, advice)])
 
-    def _hold(self, whole: Dynamics, crank: Start, acting: Acting, clock: float) -> Trail:
+    def _hold(self, whole: MachineDynamics, crank: Start, acting: Acting, clock: float) -> Trail:
         """The whole machine with its clutch locked, until it slips or something else ends it."""
         brake, longest = acting.brake, crank.time + _LONGEST * TURN / self.typical
         until = min(acting.last, longest, brake.lasting if brake is not None and brake.falls else math.inf)

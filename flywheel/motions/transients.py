@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bondgraph.numerics import root
 from flywheel.components.motors import Motor, Started
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import Dynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, Start, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import (
     Energy,
@@ -357,7 +357,7 @@ class TransientSetting(NamedTuple):
     """A machine to follow with its regime, and relative errors of flywheel and balance."""
 
     machine: Machine
-    dynamics: Dynamics
+    dynamics: MachineDynamics
     inertia: float
     balance: float
     regime: Regime | None
@@ -683,7 +683,7 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
     return trail.goal or "time", f"ended {at}, at {omega:.6g} {unit}"
 
 
-def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
+def _rough_rest(dynamics: MachineDynamics, trail: Trail, state: Array, last: float) -> str:
     """Description of a machine with rough joints at the end of its motion: at rest by friction, or about to move."""
     machine, own = dynamics.machine, state[3:].tolist()
     phi = within(machine, float(state[0]))

@@ -346,7 +346,7 @@ def coefficient(u: Any, k: int) -> Any:
 # -- extremes ----------------------------------------------------------------------------------------------------------
 
 
-class Curve(NamedTuple):
+class BallCurve(NamedTuple):
     """A function on a cell, as polynomials of it and of its slope in the distance from the cell's middle."""
 
     low: Any
@@ -355,7 +355,7 @@ class Curve(NamedTuple):
     slope: Any
 
 
-def greatest(curves: Iterable[Curve], error: float) -> Any:
+def greatest(curves: Iterable[BallCurve], error: float) -> Any:
     """The ball of the greatest value of a continuous function that curves give cell by cell.
 
     Best-first bisection: of the function the bound f(m) + f'(X) (X - m), and where the slope keeps its sign its ends. An
@@ -374,7 +374,7 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
     known: Any = arb("-inf")
     best: Any = known
 
-    def noted(curve: Curve, low: Any, high: Any) -> None:
+    def noted(curve: BallCurve, low: Any, high: Any) -> None:
         nonlocal known, best
         span = low.union(high)
         slope = curve.slope(span)
@@ -396,7 +396,7 @@ def greatest(curves: Iterable[Curve], error: float) -> Any:
             return best.union(-below)
         middle = arb(((low + high) / 2).mid())
         if split > _RECENTRED:  # about a minimum of higher order, terms about the cell's middle cancel
-            curve = Curve(low - middle, high - middle, curve.value(line(middle, 1)), curve.slope(line(middle, 1)))
+            curve = BallCurve(low - middle, high - middle, curve.value(line(middle, 1)), curve.slope(line(middle, 1)))
             low, middle, high = curve.low, arb(0), curve.high
         noted(curve, low, middle)
         noted(curve, middle, high)
@@ -553,7 +553,7 @@ class CurveOverRanges(NamedTuple):
     f_k + x_k df/dx. `breaks` are the ends of the cell at which df/dx may jump.
     """
 
-    curve: Curve
+    curve: BallCurve
     slopes: dict[Any, Any]
     steep: Any
     moved: dict[Any, Any]
@@ -618,7 +618,7 @@ def line(at_middle: Any, slope: Any) -> Any:
     return arb_poly([at_middle, slope])
 
 
-def _across(curve: Curve) -> list[Any]:
+def _across(curve: BallCurve) -> list[Any]:
     """Places all over a cell, ends included."""
     return [(curve.low + (curve.high - curve.low) * k / _SAMPLES).mid() for k in range(_SAMPLES + 1)]
 
@@ -626,7 +626,7 @@ def _across(curve: Curve) -> list[Any]:
 # -- periodic solutions ------------------------------------------------------------------------------------------------
 
 
-class Place(NamedTuple):
+class BallPlace(NamedTuple):
     """A cell between two balls, its middle, and the rate of E there: F, dF/dE, ... as series, from E as a series.
 
     `inner` gives them about the middle; `about` and `whole` for all parameters in some ranges, about the middle and about
@@ -672,7 +672,7 @@ class Orbit(NamedTuple):
 
 
 def periodic(
-    cells: Sequence[Place],
+    cells: Sequence[BallPlace],
     order: int,
     error: float,
     near: Sequence[Any],
@@ -738,7 +738,7 @@ class Growth(NamedTuple):
     inverse: Any
 
 
-def growths(cells: Sequence[Place], order: int, near: Sequence[Any]) -> list[Growth]:
+def growths(cells: Sequence[BallPlace], order: int, near: Sequence[Any]) -> list[Growth]:
     """The growths of deviations along polynomials: it suffices that these are near a solution."""
     found = []
     for cell, own in zip(cells, near, strict=True):
@@ -751,7 +751,7 @@ def growths(cells: Sequence[Place], order: int, near: Sequence[Any]) -> list[Gro
 
 
 def approached(
-    cells: Sequence[Place], order: int, error: float, near: Sequence[Any], growing: Sequence[Growth]
+    cells: Sequence[BallPlace], order: int, error: float, near: Sequence[Any], growing: Sequence[Growth]
 ) -> tuple[tuple[Any, ...], list[Any]]:
     """Polynomials of a periodic solution by Newton's method from near ones, and F along them.
 
@@ -771,7 +771,7 @@ def approached(
 
 
 def _corrections(
-    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Any], growing: Sequence[Growth], order: int
+    cells: Sequence[BallPlace], polynomials: Sequence[Any], rates: Sequence[Any], growing: Sequence[Growth], order: int
 ) -> list[Any]:
     """The corrections of polynomials by a step of Newton's method."""
     parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
@@ -793,7 +793,7 @@ def _corrections(
     return corrections
 
 
-def solution(cell: Place, value: Any, near: Any, order: int, error: float) -> Any:
+def solution(cell: BallPlace, value: Any, near: Any, order: int, error: float) -> Any:
     """The polynomial of E in a cell from a value at its low end, by Picard's iteration.
 
     Args:
@@ -824,7 +824,7 @@ def _polynomial(u: Any, degree: int) -> Any:
     return arb_poly((u.coeffs() if isinstance(u, arb_series) else [u])[: degree + 1]) if known else arb_poly([arb("nan")])
 
 
-def missed(cell: Place, own: Any, order: int, rate: Any = None) -> Any:
+def missed(cell: BallPlace, own: Any, order: int, rate: Any = None) -> Any:
     """The greatest |dp/dphi - F(phi, p)| in a cell, by F about the middle where it is given.
 
     It is that of p itself, since the last coefficient of F depends on all of those of p.
@@ -835,7 +835,7 @@ def missed(cell: Place, own: Any, order: int, rate: Any = None) -> Any:
     return (abs(apart) + abs(cut) * cell.span.abs_upper() ** order).abs_upper()
 
 
-def _tube(cell: Place, own: Any, radius: Any, order: int) -> Tube:
+def _tube(cell: BallPlace, own: Any, radius: Any, order: int) -> Tube:
     """The tube about a polynomial: at each place, E differs from it by a number within the radius."""
     wide = own + arb(0, radius)
     (_, steep, *_), outer = cell.about(series(wide, order)), [*cell.whole(series(wide(line(cell.span, 1)), order))]
@@ -843,7 +843,7 @@ def _tube(cell: Place, own: Any, radius: Any, order: int) -> Tube:
 
 
 def _reach(
-    cells: Sequence[Place], polynomials: Sequence[Any], rates: Sequence[Any], tubes: Sequence[Tube], order: int
+    cells: Sequence[BallPlace], polynomials: Sequence[Any], rates: Sequence[Any], tubes: Sequence[Tube], order: int
 ) -> tuple[Any, Any]:
     """Greatest distance of a periodic solution from polynomials close to it, and the distance at the start."""
     steps = []

@@ -26,7 +26,7 @@ _ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is search
 _DERIVATIVES = 2  # of the unknowns by x that are returned
 
 
-class Solution(NamedTuple):
+class ImplicitSolution(NamedTuple):
     """Taylor coefficients of the unknowns at a ball of x, and a ball of the inverse of F_z there."""
 
     at: Any
@@ -34,7 +34,7 @@ class Solution(NamedTuple):
     inverse: Any
 
 
-class Implicit:
+class ImplicitEquations:
     """The unknowns z of n equations F(z, x, numbers) = 0 and two derivatives by x: of balls, of series, of jets of these.
 
     K = m - C F(m, x) + (1 - C F_z(Z, x)) (Z - m), with C about 1/F_z, m the middle of Z. Where K lies inside Z, there is
@@ -72,7 +72,7 @@ class Implicit:
     ) -> None:
         self._of_jets, self._both, self._near = of_jets, both, lru_cache(maxsize=_MOST_PLACES)(near)
         self._anchors: dict[Any, list[Any]] = {}
-        self._last: tuple[Any, Solution] | None = None
+        self._last: tuple[Any, ImplicitSolution] | None = None
 
     def __call__(self, x: Any, *numbers: Any) -> list[Any]:
         """All unknowns, then their first and then their second derivatives."""
@@ -90,7 +90,7 @@ class Implicit:
             slopes = [slope + x.first * rate for slope, rate in zip(slopes, rows[count:], strict=True)]
         return [Jet(row, slope) for row, slope in zip(rows, slopes, strict=False)]
 
-    def _solution(self, at: Any, numbers: Sequence[Any], order: int) -> Solution:
+    def _solution(self, at: Any, numbers: Sequence[Any], order: int) -> ImplicitSolution:
         """The unknowns about x to an order; those of the last call are kept."""
         place = (order, flint.ctx.prec, *map(key, (at, *numbers)))
         if self._last is not None and self._last[0] == place:
@@ -119,10 +119,12 @@ class Implicit:
                     moved.append(-inverse * sum(map(operator.mul, slopes, reversed(moved)), sides))
                 for row, entries in zip(coefficients, zip(*(each.entries() for each in moved), strict=True), strict=True):
                     row += entries
-        self._last = place, Solution(at, coefficients, inverse)
+        self._last = place, ImplicitSolution(at, coefficients, inverse)
         return self._last[1]
 
-    def _slopes(self, solution: Solution, numbers: Sequence[Any], plain: Sequence[Any], order: int) -> list[list[Any]]:
+    def _slopes(
+        self, solution: ImplicitSolution, numbers: Sequence[Any], plain: Sequence[Any], order: int
+    ) -> list[list[Any]]:
         """Taylor coefficients of the slopes of the unknowns by a number at a given x."""
         count = len(solution.rows)
         with _Order(order):

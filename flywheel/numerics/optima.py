@@ -47,7 +47,7 @@ _STILL = 0.5  # of a change over a step: what is left of it over a quarter of th
 FINE = 2.0**-20  # of a variable's scale: the step of `gradient`
 
 
-class Slopes(NamedTuple):
+class FigureSlopes(NamedTuple):
     """Derivatives of figures and their absolute errors, each of shape (figures, variables); NaN if there is none.
 
     `both` holds on both sides; `left` and `right` are those of one side each, wanted if there is a `corner` in between, a
@@ -66,7 +66,7 @@ class Slopes(NamedTuple):
     step: Array
 
 
-def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slopes:
+def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> FigureSlopes:
     """Derivatives of figures by each variable, to about 1e-9 where errors of the figures allow it.
 
     D(h) = (f(x + h) - f(x - h))/2h = f' + c2 h² + c4 h⁴ + ...,   corner(h) = (f(x + h) - 2 f(x) + f(x - h))/h
@@ -197,7 +197,7 @@ def _judged(
     minus: Array,
     noise: Array,
     steps: Array,
-) -> Slopes:
+) -> FigureSlopes:
     """Derivatives where they exist: on both sides, on one, on neither."""
     (both, wrong), (right, of_right), (left, of_left), (corner, doubt) = best
     base = _size(centre, plus, minus) / scales
@@ -213,7 +213,7 @@ def _judged(
     left = np.where(jumps_left & lost | (of_left > np.fmax(np.abs(left), base)), np.nan, left)
     good = settled & ~bent
     reached = np.where(np.isnan(plus) & np.isnan(minus), np.nan, steps[None])
-    return Slopes(
+    return FigureSlopes(
         values=centre,
         both=np.where(good, both, np.nan),
         error=np.where(good, wrong + 0.5 * (np.abs(corner) + doubt), np.nan),
@@ -261,7 +261,7 @@ STATIONARY = 2e-5
 """Up to which slope of `descent` a function counts as least at a point."""
 
 
-class Point(NamedTuple):
+class TrialPoint(NamedTuple):
     """A point (shares of the interval between its bounds), the function and the constraints there, and their slopes."""
 
     x: Array
@@ -288,15 +288,15 @@ class _Terrain(NamedTuple):
         low, high = self.low[:, None], self.high[:, None]
         return self.rows(np.clip(low + np.clip(shares, 0.0, 1.0) * (high - low), low, high))
 
-    def at(self, share: Array, radius: float = 1.0) -> Point:
+    def at(self, share: Array, radius: float = 1.0) -> TrialPoint:
         """A point with slopes by differences as small as a radius requires; beyond the bounds if necessary."""
         width = self.high - self.low
         x = np.clip(self.low + share * width, self.low, self.high)
         step = min(FINE, max(_FINEST, radius * FINE / _RADIUS))
         values, slopes = gradient(lambda columns: (self.rows(columns), np.zeros(1)), x, self.scales, step)
-        return Point(np.clip(share, 0.0, 1.0), values, slopes * width)
+        return TrialPoint(np.clip(share, 0.0, 1.0), values, slopes * width)
 
-    def tangent(self, share: Array, *, in_corner: bool = True) -> Point:
+    def tangent(self, share: Array, *, in_corner: bool = True) -> TrialPoint:
         """A point with slopes by small differences within the bounds; NaN if these mix pieces, unless they may."""
         moved = np.where(share + _TANGENT_STEP <= 1.0, _TANGENT_STEP, -_TANGENT_STEP)
         # within the bounds, if need be on one side
@@ -305,9 +305,9 @@ class _Terrain(NamedTuple):
         changes = figures[:, 1:].reshape(len(figures), 2, -1) - figures[:, :1, None]
         there, other = changes[:, 0] / moved, changes[:, 1] / back
         mixed = np.abs(there - other).max(axis=1) > _TANGENT_DIFFERENCE * np.abs(there).max(axis=1)
-        return Point(share, figures[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
+        return TrialPoint(share, figures[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
 
-    def piece(self, share: Array) -> Piece | None:
+    def piece(self, share: Array) -> QuadraticModel | None:
         """A function's piece around a point, to the second order; None if a value is missing."""
         h, count = _STEP, len(share)
         share = np.clip(share, h, 1.0 - h)
@@ -325,10 +325,10 @@ class _Terrain(NamedTuple):
         for k, (i, j) in enumerate(pairs):
             others = plus[:, i] + minus[:, i] + plus[:, j] + minus[:, j]
             curvature[:, i, j] = curvature[:, j, i] = (twice[:, k] + 2 * middle[:, 0] - others) / (2 * h**2)
-        return Piece(share, middle[:, 0], (plus - minus) / (2 * h), curvature)
+        return QuadraticModel(share, middle[:, 0], (plus - minus) / (2 * h), curvature)
 
 
-class Piece(NamedTuple):
+class QuadraticModel(NamedTuple):
     """A function and its constraints around a point to the second order: values, slopes, Hessians by rows."""
 
     x: Array
@@ -405,14 +405,14 @@ def descent(rows: Rows, x: Array, low: Array, high: Array, seed: int = 0) -> flo
     return float(max(falls, 0.0))
 
 
-def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
+def _smooth(at: Callable[[Array], TrialPoint], first: TrialPoint, size: float) -> TrialPoint:
     """The best point of SLSQP."""
     from scipy.optimize import minimize
 
-    tried: dict[bytes, Point] = {first.x.tobytes(): first}
+    tried: dict[bytes, TrialPoint] = {first.x.tobytes(): first}
     best = first
 
-    def point_at(x: Array) -> Point:
+    def point_at(x: Array) -> TrialPoint:
         nonlocal best
         key = np.clip(x, 0.0, 1.0).tobytes()
         if key not in tried:
@@ -444,8 +444,8 @@ def _smooth(at: Callable[[Array], Point], first: Point, size: float) -> Point:
 
 
 def _bundle(
-    at: Callable[..., Point], point: Point, size: float, radius: float = _RADIUS, least: float = _LEAST_RADIUS
-) -> Point:
+    at: Callable[..., TrialPoint], point: TrialPoint, size: float, radius: float = _RADIUS, least: float = _LEAST_RADIUS
+) -> TrialPoint:
     """The best point that linear programs over tangents reach, from a first radius down to a least one."""
     tangents = [point]
     for _ in range(_BUNDLE):
@@ -473,7 +473,9 @@ def _bundle(
     return point
 
 
-def _program(point: Point, near: list[Point], radius: float, size: float) -> tuple[Array | None, float, list[Point]]:
+def _program(
+    point: TrialPoint, near: list[TrialPoint], radius: float, size: float
+) -> tuple[Array | None, float, list[TrialPoint]]:
     """The best step by the tangents, the decrease of the merit by it, and the tangents that decide it.
 
     The step is None if there is none.
@@ -517,8 +519,8 @@ def _program(point: Point, near: list[Point], radius: float, size: float) -> tup
 
 
 def _descent(
-    terrain: _Terrain, point: Point, radius: float, size: float, random: np.random.Generator
-) -> tuple[float, list[Point]]:
+    terrain: _Terrain, point: TrialPoint, radius: float, size: float, random: np.random.Generator
+) -> tuple[float, list[TrialPoint]]:
     """The steepest descent of a function within a radius, by tangents at points around, and those that meet at the point.
 
     A slope is the decrease per share of the intervals between bounds, over the function's own size there.
@@ -529,7 +531,7 @@ def _descent(
     near = [terrain.tangent(share) for share in np.clip(shares, 0.0, 1.0)]
     slopes = [np.abs(other.slopes[0]).max() for other in near if np.isfinite(other.slopes).all()]
     own = max([size, *slopes])
-    active, gain, most = list[Point](), 0.0, 0.0
+    active, gain, most = list[TrialPoint](), 0.0, 0.0
     for _ in range(4 * count + 8):
         step, gain, active = _program(point, near, radius, size)
         if step is None or gain <= 0.5 * STATIONARY * radius * own:
@@ -544,7 +546,7 @@ def _descent(
     return max(gain, most) / radius / own, active
 
 
-def _along_ridges(terrain: _Terrain, point: Point, size: float) -> Point:
+def _along_ridges(terrain: _Terrain, point: TrialPoint, size: float) -> TrialPoint:
     """The best point that steps over pieces of the second order reach, each followed by tangents back to the ridge."""
     radius, random, first = _RADIUS, np.random.default_rng(0), point
     for _ in range(_CURVED):
@@ -568,7 +570,7 @@ def _along_ridges(terrain: _Terrain, point: Point, size: float) -> Point:
     return point if point is first else _bundle(terrain.at, point, size, _NEARBY)
 
 
-def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]:
+def _pieces(terrain: _Terrain, point: TrialPoint, active: list[TrialPoint]) -> list[QuadraticModel]:
     """The pieces of all distinct tangents, each where it is greater than the others."""
     from scipy.optimize import linprog
 
@@ -592,7 +594,7 @@ def _pieces(terrain: _Terrain, point: Point, active: list[Point]) -> list[Piece]
     return pieces
 
 
-def _curved(point: Point, pieces: list[Piece], radius: float, size: float) -> tuple[Array, float]:
+def _curved(point: TrialPoint, pieces: list[QuadraticModel], radius: float, size: float) -> tuple[Array, float]:
     """The best step by the pieces of the second order, and the decrease of the merit by it."""
     from scipy.optimize import minimize
 

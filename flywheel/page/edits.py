@@ -26,7 +26,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity, parse_range, parse_unit, split_quantity
-from flywheel.page.form import Field, Form, More, form_of
+from flywheel.page.form import FormField, More, SceneForm, form_of
 from flywheel.page.places import example_of, places_of
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
@@ -48,10 +48,10 @@ class Draft:
     def __init__(self, text: str, earlier: Draft | None = None) -> None:
         self.outline: Outline = outline(text) if earlier is None else earlier.outline
         self.faults: list[Fault] = []
-        self._form: Form | None = None if earlier is None else earlier.form
+        self._form: SceneForm | None = None if earlier is None else earlier.form
 
     @property
-    def form(self) -> Form:
+    def form(self) -> SceneForm:
         """The form of the text as it stands."""
         if self._form is None:
             self._form = form_of(self.outline)
@@ -185,12 +185,12 @@ def _present(place: KeyPath | None) -> KeyPath:
 # -- what is typed, in TOML ----------------------------------------------------------------------------------------------
 
 
-def written_as(field: Field, typed: str, like: str = "") -> str:
+def written_as(field: FormField, typed: str, like: str = "") -> str:
     r"""TOML value of the text typed into a field; `like` is the present value.
 
     A number alone is in the present unit if there is one, else a plain number.
 
-    >>> length = Field("a", "", "", "quantity", "80 mm", "80 mm", 80.0, "mm", ("mm",), "length")
+    >>> length = FormField("a", "", "", "quantity", "80 mm", "80 mm", 80.0, "mm", ("mm",), "length")
     >>> [written_as(length, typed) for typed in ("90", "0.1 m", 'a"\nb')]
     ['"90 mm"', '"0.1 m"', '"a\\"\\nb"']
     """
@@ -213,7 +213,7 @@ def written_more(more: More, typed: str) -> str:
         if plain.startswith("{") and _is_toml(plain):
             return plain
         return more.value
-    return written_as(Field(more.path, "", "", more.kind, "", None), typed)
+    return written_as(FormField(more.path, "", "", more.kind, "", None), typed)
 
 
 def _list(typed: str) -> str:

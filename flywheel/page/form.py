@@ -106,7 +106,7 @@ class Slider(NamedTuple):
     step: float
 
 
-class Field(NamedTuple):
+class FormField(NamedTuple):
     """One value of the text, or a missing one: `written` is None if it is missing."""
 
     path: str
@@ -158,24 +158,24 @@ class More(NamedTuple):
     named: bool = False
 
 
-class Group(NamedTuple):
+class FormGroup(NamedTuple):
     """A table of the scene."""
 
     path: str
     title: str
     about: str
-    fields: tuple[Field, ...]
+    fields: tuple[FormField, ...]
     more: tuple[More, ...] = ()
     removable: bool = False
     level: int = 0
 
 
-class Form(NamedTuple):
+class SceneForm(NamedTuple):
     """All of a scene's groups."""
 
-    groups: tuple[Group, ...]
+    groups: tuple[FormGroup, ...]
 
-    def field(self, path: str) -> Field | None:
+    def field(self, path: str) -> FormField | None:
         """The field at a path."""
         return next((field for group in self.groups for field in group.fields if field.path == path), None)
 
@@ -188,7 +188,7 @@ class Form(NamedTuple):
         return None
 
 
-def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
+def as_groups(form: SceneForm, outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
     """The groups for JSON: fields and groups with their lines and faults."""
     lines = {name: outline.line(path) for name, path in outline.places.items()}
     values = {name: outline.values[path] for name, path in outline.places.items() if path in outline.values}
@@ -220,11 +220,11 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
     ]
 
 
-def form_of(outline: Outline) -> Form:
+def form_of(outline: Outline) -> SceneForm:
     """The form of a text, as far as the text can be read and is not too long."""
     if outline.text and not outline.values and len(outline.text) > 2**16:
-        return Form((Group("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),))
-    return Form(tuple(_Reader(outline.mapping).groups()))
+        return SceneForm((FormGroup("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),))
+    return SceneForm(tuple(_Reader(outline.mapping).groups()))
 
 
 # -- words ---------------------------------------------------------------------------------------------------------------
@@ -264,7 +264,7 @@ _TITLES = ("assembly", "body", "coupling", "joint", "output", "parameter", "poin
 
 
 _MOST_KEPT = 1000
-_kept: dict[tuple[Any, ...], tuple[Group, ...]] = {}
+_kept: dict[tuple[Any, ...], tuple[FormGroup, ...]] = {}
 
 
 class _Reader:
@@ -274,9 +274,9 @@ class _Reader:
         self.raw = mapping
         self.places = places_of(mapping)
 
-    def groups(self) -> Iterator[Group]:
+    def groups(self) -> Iterator[FormGroup]:
         """Every group."""
-        yield Group("", _("Scene"), "", tuple(self.fields("", TOP, self.raw)), tuple(self.sections()))
+        yield FormGroup("", _("Scene"), "", tuple(self.fields("", TOP, self.raw)), tuple(self.sections()))
         for name, section in SECTIONS.items():
             if name not in self.raw:
                 continue
@@ -339,7 +339,7 @@ class _Reader:
         removable: bool = False,
         level: int = 0,
         on: object = None,
-    ) -> Iterable[Group]:
+    ) -> Iterable[FormGroup]:
         """The group of a table, and those of the tables within it; a model acts where its load does, `on`."""
         table = raw if isinstance(raw, Mapping) else {}
         on = table.get("on", on)
@@ -363,7 +363,7 @@ class _Reader:
 
     def new_table(
         self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int, on: object
-    ) -> Iterator[Group]:
+    ) -> Iterator[FormGroup]:
         """The groups of a table, which `table` keeps: an edit changes one of many."""
         rotating = self.places.rotates(on)
         inner = [
@@ -373,11 +373,11 @@ class _Reader:
         plain = [key for key in section.keys if key not in inner]
         about = _(section.about)
         more = tuple(self.more(path, section, table, rotating))
-        yield Group(path, title, about, tuple(self.fields(path, plain, table, rotating)), more, removable, level)
+        yield FormGroup(path, title, about, tuple(self.fields(path, plain, table, rotating)), more, removable, level)
         for key in inner:
             yield from self.inner(child(path, key.name), key, table[key.name], level + 1, on)
 
-    def inner(self, path: str, key: Key, table: Mapping[str, Any], level: int, on: object) -> Iterator[Group]:
+    def inner(self, path: str, key: Key, table: Mapping[str, Any], level: int, on: object) -> Iterator[FormGroup]:
         """The group of a table within a table: a model, a motor, limits, rows of numbers."""
         if key.kind == "model":
             kinds = MOTORS if key.name == "motor" else LOAD_MODELS
@@ -396,14 +396,14 @@ class _Reader:
                 path, table = f"{path}.table", inner
             yield from self.table(path, title_of(key.name), rows, table, removable=True, level=level)
 
-    def parameters(self, raw: object) -> Group:
+    def parameters(self, raw: object) -> FormGroup:
         """The group of names for numbers."""
         section = SECTIONS["parameters"]
         values = raw if isinstance(raw, Mapping) else {}
         fields = [self.parameter(child("parameters", name), name, value) for name, value in values.items()]
-        return Group("parameters", title_of("parameters"), _(section.about), tuple(fields), removable=True)
+        return FormGroup("parameters", title_of("parameters"), _(section.about), tuple(fields), removable=True)
 
-    def parameter(self, path: str, name: str, value: object) -> Field:
+    def parameter(self, path: str, name: str, value: object) -> FormField:
         """A parameter: a quantity of any dimension, or the balance."""
         if isinstance(value, str) and (parts := split_quantity(value)) is not None:
             dimension = _dimension(parts[1])
@@ -411,11 +411,11 @@ class _Reader:
                 return quantity(path, name, "", Key(name, dimension, ""), value, dimension)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return quantity(path, name, "", Key(name, "number", ""), value, "number")
-        return Field(path, name, "", "expression", _editable(value), value, choices=("balance",))
+        return FormField(path, name, "", "expression", _editable(value), value, choices=("balance",))
 
     def fields(
         self, path: str, keys: Iterable[Key], table: Mapping[str, Any], rotating: bool | None = None
-    ) -> Iterator[Field]:
+    ) -> Iterator[FormField]:
         """The fields of keys that a table has or needs; then those of keys that it should not have."""
         names = set()
         for key in keys:
@@ -425,9 +425,9 @@ class _Reader:
         if path:
             for name, value in table.items():
                 if name not in names and not isinstance(value, (dict, list)):
-                    yield Field(child(path, name), name, "", "text", _editable(value), value)
+                    yield FormField(child(path, name), name, "", "text", _editable(value), value)
 
-    def field(self, path: str, key: Key, value: object, rotating: bool | None) -> Iterator[Field]:
+    def field(self, path: str, key: Key, value: object, rotating: bool | None) -> Iterator[FormField]:
         """The field of one key; of a short list one for each item."""
         label, about = label_of(key.name), _(key.about)
         if isinstance(value, list) and key.kind == "list":
@@ -455,17 +455,17 @@ class _Reader:
             choices = ("balance",) if path in ("drive.torque", "drive.force") else ()
         if kind == "list" and isinstance(value, list):
             value_text = ", ".join(_editable(item) for item in value)
-            yield Field(path, label, about, kind, value_text, value)
+            yield FormField(path, label, about, kind, value_text, value)
             return
-        yield Field(path, label, about, kind, _editable(value), value, choices=choices)
+        yield FormField(path, label, about, kind, _editable(value), value, choices=choices)
 
-    def item(self, path: str, key: Key, i: int, value: object) -> Field:
+    def item(self, path: str, key: Key, i: int, value: object) -> FormField:
         """The field of a list's item: a coordinate, a point, a joint, a number of teeth."""
         about = _(key.about)
         if key.name == "between":
             choices = with_value(self.places.joints if ".couplings[" in path else self.places.points, value)
             label = _("first") if i == 0 else _("second")
-            return Field(path, label, about, "choice", _editable(value), value, choices=choices)
+            return FormField(path, label, about, "choice", _editable(value), value, choices=choices)
         if key.name == "teeth":
             label = f"{label_of('teeth')} {i + 1}"
             return quantity(path, label, about, _WHOLE, value, "number")
@@ -525,13 +525,13 @@ class _Reader:
 
     # -- mechanisms
 
-    def mechanisms(self, raw: object) -> Iterator[Group]:
+    def mechanisms(self, raw: object) -> Iterator[FormGroup]:
         """The groups of every mechanism."""
         tables = [("mechanism", raw)] if isinstance(raw, dict) else [(f"mechanism[{i}]", table) for i, table in _items(raw)]
         for path, table in tables:
             yield from self.mechanism(path, table if isinstance(table, dict) else {}, len(tables) > 1)
 
-    def mechanism(self, path: str, table: Mapping[str, Any], several: bool) -> Iterator[Group]:
+    def mechanism(self, path: str, table: Mapping[str, Any], several: bool) -> Iterator[FormGroup]:
         """The groups of a mechanism: its own keys, and its parts."""
         name, type_name = table.get("name"), table.get("type")
         kind = KINDS[type_name] if isinstance(type_name, str) and type_name in KINDS else None
@@ -551,7 +551,7 @@ class _Reader:
                 More("output", f"{path}.outputs.{name}", title_of("output"), _(OUTPUT.about), "table", value, named=True)
             )
         fields = tuple(self.fields(path, section.keys, plain))
-        yield Group(path, title, _(section.about), fields, tuple(more), True)
+        yield FormGroup(path, title, _(section.about), fields, tuple(more), True)
         for part in kind.parts if kind else ():
             name = part.name_in(table)
             part_section = Section(name, part.about, part.keys)
@@ -563,7 +563,7 @@ class _Reader:
         if kind is not None and kind.name == "linkage":
             yield from self.linkage(path, table)
 
-    def linkage(self, path: str, table: Mapping[str, Any]) -> Iterator[Group]:
+    def linkage(self, path: str, table: Mapping[str, Any]) -> Iterator[FormGroup]:
         """The groups of a linkage: bodies with their points, joints, couplings, sides and ports."""
         for name, body in _tables(table.get("bodies")):
             yield self.body(child(f"{path}.bodies", name), name, body if isinstance(body, dict) else {})
@@ -586,7 +586,7 @@ class _Reader:
             title = f"{title_of('port')} {name}"
             yield from self.table(child(f"{path}.ports", name), title, POINT_PORT, port, removable=True, level=1)
 
-    def body(self, path: str, name: str, table: Mapping[str, Any]) -> Group:
+    def body(self, path: str, name: str, table: Mapping[str, Any]) -> FormGroup:
         """The group of a body: its mass and inertia, and the coordinates of its points."""
         section = FRAME_BODY if name == "frame" else LINK
         plain = [key for key in section.keys if key.name != "points"]
@@ -599,12 +599,14 @@ class _Reader:
                     about = _("coordinate of the point in the body's own frame")
                     fields.append(quantity(f"{where}[{i}]", f"{point} {'xy'[i]}", about, _COORDINATE, value, "length"))
             else:
-                fields.append(Field(where, point, "", "list", _editable(pair), pair))
+                fields.append(FormField(where, point, "", "list", _editable(pair), pair))
         more = list(self.more(path, section._replace(keys=tuple(plain)), table, None))
         fresh = _fresh("point", points)
         label, about = title_of("point"), _("a point with its [x, y] in the body's own frame")
         more.append(More("point", f"{path}.points.{fresh}", label, about, "list", "0, 0", named=True))
-        return Group(path, f"{title_of('body')} {name}", _(section.about), tuple(fields), tuple(more), name != "frame", 1)
+        return FormGroup(
+            path, f"{title_of('body')} {name}", _(section.about), tuple(fields), tuple(more), name != "frame", 1
+        )
 
     def linkage_more(self, path: str, table: Mapping[str, Any]) -> Iterator[More]:
         """Bodies, joints and other parts to add to a linkage."""
@@ -634,7 +636,7 @@ class _Reader:
             yield More(key, f"{path}.{where}", label, _(about), "table", value, named=named)
 
 
-def quantity(path: str, label: str, about: str, key: Key, value: object, dimension: str) -> Field:
+def quantity(path: str, label: str, about: str, key: Key, value: object, dimension: str) -> FormField:
     """The field of a quantity, as far as it can be read: its number, its unit and its slider."""
     kind = "number" if dimension == "number" else "quantity"
     si = DIMENSIONS[dimension].si
@@ -655,7 +657,7 @@ def quantity(path: str, label: str, about: str, key: Key, value: object, dimensi
     if number is not None:
         with suppress(QuantityError, OverflowError, ZeroDivisionError):
             slide = slider(number, key, dimension, _factor(unit, dimension))
-    return Field(path, label, about, kind, _editable(value), value, number, unit, units, dimension, slide)
+    return FormField(path, label, about, kind, _editable(value), value, number, unit, units, dimension, slide)
 
 
 def _last_unit(value: str, dimension: str) -> str | None:

@@ -23,7 +23,7 @@ class PortName(NamedTuple):
     rotating: bool
 
 
-class Places(NamedTuple):
+class ScenePlaces(NamedTuple):
     """The places of a scene, as far as they are known without a full reading."""
 
     shafts: tuple[str, ...]
@@ -141,7 +141,7 @@ def example_of(key: Key, dimension: str | None = None) -> str | None:
 _ROUND = {"length": (("mm", 1e-3),), "angle": (("deg", 3.141592653589793 / 180),)}
 
 
-def places_of(raw: Mapping[str, Any]) -> Places:
+def places_of(raw: Mapping[str, Any]) -> ScenePlaces:
     """The places of a scene's tables, valid or not.
 
     >>> places = places_of({"shafts": {"pinion": {"ratio": 5}}, "mechanism": {"type": "slider-crank", "name": "press"}})
@@ -177,7 +177,7 @@ def places_of(raw: Mapping[str, Any]) -> Places:
                     if joint.get("type") in ("pin", "slide"):
                         drivers[joint["name"]] = None
     meshes = [(str(shaft), of["on"]) for shaft, of in _table(named).items() if isinstance(_table(of).get("on"), str)]
-    return Places(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding, tuple(meshes))
+    return ScenePlaces(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding, tuple(meshes))
 
 
 def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[PortName]:

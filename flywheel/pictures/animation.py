@@ -131,7 +131,7 @@ _DPI = 80
 _COLOURS = 255
 
 
-class Stage(NamedTuple):
+class MovingFigure(NamedTuple):
     """A figure ready to be moved: the shapes of its bodies, the marker on the curve, the text with time and position.
 
     Each shape comes with its artist, and its outline (2, m, frames) in the units of the axes.
@@ -182,7 +182,7 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
         first.save(fresh, format="GIF", save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)
 
 
-def stage(scene: Scene, frames: int) -> Stage:
+def stage(scene: Scene, frames: int) -> MovingFigure:
     """The figure of an animation, and the place of everything in it at every frame."""
     views = sketch.views(scene)
     run = timing(scene, views[0])
@@ -218,7 +218,7 @@ def stage(scene: Scene, frames: int) -> Stage:
     (marker,) = panel.plot([], [], "o", color=figures.VERMILLION, ms=9, animated=True, zorder=5)
     marker.set_gid("sliding" if sliding else "turning")
     clock = panel.text(0.02, 0.975, "", transform=panel.transAxes, va="top", animated=True, family="monospace", fontsize=9.5)
-    return Stage(made, tuple(bodies), marker, clock, times, q, values, run.timed)
+    return MovingFigure(made, tuple(bodies), marker, clock, times, q, values, run.timed)
 
 
 def _on_axis(q: Any, sliding: bool) -> Array:
@@ -226,7 +226,7 @@ def _on_axis(q: Any, sliding: bool) -> Array:
     return np.asarray(1000.0 * np.asarray(q) if sliding else np.degrees(q))
 
 
-def show(made: Stage, k: int, scene: Scene) -> None:
+def show(made: MovingFigure, k: int, scene: Scene) -> None:
     """Moves everything to its place at frame k."""
     for _, artist, outline in made.bodies:
         moved(artist, outline[:, :, k])
@@ -239,7 +239,7 @@ def show(made: Stage, k: int, scene: Scene) -> None:
     made.clock.set_text(f"{time}{symbol} = {place:5.1f} {unit}".replace("-", "−"))
 
 
-def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
+def _images(made: MovingFigure, scene: Scene) -> Iterator[Image.Image]:
     """Images of the frames: static parts are drawn once, moving parts in every frame."""
     picture = made.figure.canvas
     assert isinstance(picture, FigureCanvasAgg)

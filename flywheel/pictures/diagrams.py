@@ -867,7 +867,7 @@ def _first(scene: Scene, offers: Iterable[str]) -> str:
 # -- all of them -----------------------------------------------------------------------------------------------------------
 
 
-class Kind(NamedTuple):
+class DiagramKind(NamedTuple):
     """An existing diagram: its title in the language in use, its maker, and its column in the picture of a sizing."""
 
     title: Callable[[], str]
@@ -877,16 +877,16 @@ class Kind(NamedTuple):
     suits: Callable[[Scene], bool] = lambda scene: True  # whether a scene has what the diagram is of
 
 
-DIAGRAMS: dict[str, Kind] = {
-    "moment": Kind(lambda: _("Turning moment"), _moment, 0, ("moment", "work")),
-    "inertia": Kind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
-    "wittenbauer": Kind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
-    "speed": Kind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
-    "servo": Kind(lambda: _("Area of the servo drive"), drives.servo_diagram, 0, ("servo",), drives.has_servo),
-    "power_flow": Kind(lambda: _("Power flow"), _power_flow),
-    "motion": Kind(lambda: _("Motion"), _motion),
-    "reactions": Kind(lambda: _("Reactions in the joints"), _reactions),
-    "single_stroke": Kind(lambda: _("One stroke over time"), drives.stroke_diagram),
+DIAGRAMS: dict[str, DiagramKind] = {
+    "moment": DiagramKind(lambda: _("Turning moment"), _moment, 0, ("moment", "work")),
+    "inertia": DiagramKind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
+    "wittenbauer": DiagramKind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
+    "speed": DiagramKind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
+    "servo": DiagramKind(lambda: _("Area of the servo drive"), drives.servo_diagram, 0, ("servo",), drives.has_servo),
+    "power_flow": DiagramKind(lambda: _("Power flow"), _power_flow),
+    "motion": DiagramKind(lambda: _("Motion"), _motion),
+    "reactions": DiagramKind(lambda: _("Reactions in the joints"), _reactions),
+    "single_stroke": DiagramKind(lambda: _("One stroke over time"), drives.stroke_diagram),
 }
 """Every diagram of a scene, in the order of the live page."""
 

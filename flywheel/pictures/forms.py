@@ -42,7 +42,7 @@ _INTERCEPT_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same u
 MOST_BODIES = 8  # in a stacked picture
 
 
-class Samples(NamedTuple):
+class CycleSamples(NamedTuple):
     """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and the driving moment.
 
     `driving` is M_m* (N m): the sum of the drive, unless it brakes on the whole, and of the loads that do positive work in
@@ -58,7 +58,7 @@ class Samples(NamedTuple):
     drive: Array | None
 
 
-def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> Samples:
+def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> CycleSamples:
     """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there.
 
     Moments below their rounding are 0, and so is a work that nowhere exceeds its error.
@@ -67,7 +67,7 @@ def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None =
     work, variation = cycle.at(cell, t)
     moment = cells.value(cycle.series[0, cell], t)
     driving, drive = _driving(machine, cycle, phi, machine.anchors(phi), speed)
-    return Samples(
+    return CycleSamples(
         phi=phi,
         moment=np.where(np.abs(moment) > cycle.noise[0, cell], moment, 0.0),
         work=np.where(np.abs(work).max() > cycle.errors.work, work, 0.0),
@@ -135,7 +135,7 @@ class Loop(NamedTuple):
         return -self.flywheel, self.intercept_fast - self.slope_fast * self.flywheel
 
 
-def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
+def loop(cycle: Cycle, samples: CycleSamples, speed: float, run: Run) -> Loop:
     """The loop with the tangents for the irregularity of a run, found from extremes, not from the samples.
 
     `speed` is w, the mean of extremes (rad/s). Source: F. Wittenbauer, Graphische Dynamik (1923).
@@ -201,7 +201,7 @@ def crossing_speeds(sums: Array, least: float, inertia: float) -> Array:
     return np.asarray(np.sqrt(least**2 + 2 * (sums - sums.min()) / inertia))
 
 
-def roomiest(samples: Samples, start: float, end: float, side: float, width: float) -> tuple[float, float]:
+def roomiest(samples: CycleSamples, start: float, end: float, side: float, width: float) -> tuple[float, float]:
     """Angle at which a text of some width (rad) has most room under the curve between two angles, and the free |M*|.
 
     Of equally good places the one nearest to the centroid is taken; without room anywhere, the centroid.
@@ -354,7 +354,7 @@ class DiagramData(NamedTuple):
     axis: Axis
     view: Mapping[str, Any] = {}
     rest: bool = True
-    samples: Samples | None = None
+    samples: CycleSamples | None = None
     stroke: Any = None
     course: Any = None
 
@@ -430,7 +430,7 @@ def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
     return np.unique(np.concatenate([phi[order[np.append(True, np.diff(place[order]) > 0.0)]] for order in orders]))
 
 
-def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samples | None:
+def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> CycleSamples | None:
     """The cycle of the areas, on the axis: that at a constant speed if torques depend on speed."""
     if sizing is None or sizing.cycle is None or machine is None:
         return None
@@ -440,7 +440,7 @@ def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samp
     return constant._replace(phi=axis.values)
 
 
-def along_motion(part: DiagramData) -> Samples:
+def along_motion(part: DiagramData) -> CycleSamples:
     """The cycle of the motion itself, on the axis."""
     sizing, record = part.sizing, part.samples
     assert sizing is not None

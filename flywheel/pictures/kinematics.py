@@ -24,7 +24,7 @@ from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
-from flywheel.motions.curves import ANGLE, POINT, WAY, Curve, Moving
+from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve, Moving
 from flywheel.motions.driver import TIME
 from flywheel.motions.kinematics import Kinematics, motion
 from flywheel.motions.motion import Samples, Transient, sampled
@@ -48,7 +48,7 @@ _VAGUE = 1e-4  # of the axis: an extreme that may lie so far aside is stated as 
 _RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
 
 
-class Line(NamedTuple):
+class PlottedLine(NamedTuple):
     """One line of a panel: its curve and component, colour and dashes, its places on the axis and its values.
 
     They are broken by NaN if it jumps.
@@ -106,7 +106,7 @@ def draw(kinematics: Kinematics) -> Figure:
     return made
 
 
-def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, list[list[Curve]]]:
+def close(kinematics: Kinematics, columns: list[list[MotionCurve]]) -> tuple[Kinematics, list[list[MotionCurve]]]:
     """The same motion between its first and last place at many places, and on both sides of every switch."""
     course = kinematics.course
     of = kinematics.t if course.variable == TIME else kinematics.q
@@ -119,7 +119,7 @@ def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematic
     driver = course.at(np.unique(variable))
     at_states = Moving(kinematics.scene).plain(driver, [curve.name for column in columns for curve in column])
 
-    def along(curve: Curve) -> Curve:
+    def along(curve: MotionCurve) -> MotionCurve:
         position, velocity, acceleration = at_states[curve.name]
         return curve._replace(position=position, velocity=velocity, acceleration=acceleration)
 
@@ -128,7 +128,7 @@ def close(kinematics: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematic
     return many, [[along(curve) for curve in column] for column in columns]
 
 
-def selection(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
+def selection(curves: Sequence[MotionCurve]) -> tuple[list[MotionCurve], int]:
     """The curves drawn: all that were named, else the moving bodies and slides; and the number left out."""
     if len(curves) <= _MOST_CURVES:
         return list(curves), 0
@@ -157,7 +157,7 @@ def _turns(kinematics: Kinematics) -> bool:
     return not kinematics.sliding and not (kinematics.over == "time" and kinematics.t is not None)
 
 
-def scale_of(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
+def scale_of(kinematics: Kinematics, curves: Sequence[MotionCurve], order: int) -> tuple[float, str]:
     """Factor of values, and the label of their panel: order 0 for positions, 1 velocities, 2 accelerations."""
     turning = curves[0].kind == ANGLE
     by = "x" if kinematics.sliding else "φ"
@@ -185,11 +185,11 @@ def scale_of(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> tup
     )[order]
 
 
-def _figure(curve: Curve, order: int) -> Array:
+def _figure(curve: MotionCurve, order: int) -> Array:
     return (curve.position, curve.velocity, curve.acceleration)[order]
 
 
-def lines(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Line]:
+def lines(kinematics: Kinematics, curves: Sequence[MotionCurve], order: int) -> Iterator[PlottedLine]:
     """The lines of a panel, in SI: a point has two, x and y."""
     axis = kinematics.axis
     rising = np.argsort(axis, kind="stable") if kinematics.course.variable != TIME else np.arange(axis.size)
@@ -199,7 +199,7 @@ def lines(kinematics: Kinematics, curves: Sequence[Curve], order: int) -> Iterat
         for i, part in enumerate("xy" if curve.kind == POINT else ("",)):
             y = values[i] if part else values
             line = broken(axis[rising], y[rising], kinematics.breakpoints)
-            yield Line(curve.name, part, colour, "--" if part == "y" else dashes, *line)
+            yield PlottedLine(curve.name, part, colour, "--" if part == "y" else dashes, *line)
 
 
 def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
@@ -218,7 +218,7 @@ def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
 # -- one panel -------------------------------------------------------------------------------------------------------
 
 
-def draw_panel(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+def draw_panel(panel: Axes, kinematics: Kinematics, curves: Sequence[MotionCurve], order: int, scale: float) -> None:
     """The lines of curves, in an order of derivative, with switches and standstills."""
     factor, label = scale_of(kinematics, curves, order)
     figures.name_axes(panel, "", "", label)
@@ -244,7 +244,7 @@ def ticks(panel: Axes, kinematics: Kinematics) -> None:
         panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
 
 
-def legend(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
+def legend(panel: Axes, kinematics: Kinematics, curves: Sequence[MotionCurve], *, beside: bool = False) -> None:
     """Names of the lines above a panel, or beside it, with the meaning of the thin lines."""
     slides = {of: f"{other} ({of})" for other, of in kinematics.other_names.items() if "." not in other and "." not in of}
     bodies = {curve.name: slides.get(curve.name) for curve in curves if curve.kind == WAY}
@@ -267,7 +267,7 @@ def legend(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], *, besi
 # -- extremes --------------------------------------------------------------------------------------------------------
 
 
-def _mark_extremes(panel: Axes, kinematics: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+def _mark_extremes(panel: Axes, kinematics: Kinematics, curves: Sequence[MotionCurve], order: int, scale: float) -> None:
     """Dots at extremes, with value and place if there are few lines; else those of the panel alone."""
     factor = scale_of(kinematics, curves, order)[0]
     label = axis_of(kinematics)[1]

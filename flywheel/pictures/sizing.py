@@ -27,7 +27,7 @@ from flywheel.pictures.diagrams import (
     DIAGRAMS,
     MOST_AREAS,
     MOST_WITH_WORKS,
-    Kind,
+    DiagramKind,
     made,
 )
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
@@ -151,7 +151,7 @@ def _one(sizing: Sizing, panel: str) -> tuple[DiagramData, dict[str, tuple[Diagr
     return part, _rows(part, by_row[panel], DIAGRAMS[by_row[panel]])
 
 
-def _rows(part: DiagramData, key: str, kind: Kind) -> dict[str, tuple[Diagram | str, DiagramRow | None]]:
+def _rows(part: DiagramData, key: str, kind: DiagramKind) -> dict[str, tuple[Diagram | str, DiagramRow | None]]:
     """The rows of a diagram, or for each the reason why there is none."""
     diagram = made(part, key)
     if isinstance(diagram, str):

@@ -38,7 +38,7 @@ REPORTED = 5
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
 
 
-class Quantity(NamedTuple):
+class SceneQuantity(NamedTuple):
     """A quantity as a scene writes it, its SI value, and its key."""
 
     value: object
@@ -57,7 +57,7 @@ class Faults(list[Fault]):
     def __init__(self) -> None:
         super().__init__()
         self.longest = TURN
-        self.quantities: dict[str, Quantity] = {}
+        self.quantities: dict[str, SceneQuantity] = {}
         self.meant = set[str]()
 
     def add(self, path: str, defect: str, expected: str, advice: str = "") -> None:
@@ -387,7 +387,7 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         within = "an angle from 0 to 360 deg" if unit == "rad" and TURN <= key.range.high < 1.001 * TURN else within
         faults.add(path, show(value), within, advice)
         return None
-    faults.quantities[path] = Quantity(value, number, dimension, key.many_turns)
+    faults.quantities[path] = SceneQuantity(value, number, dimension, key.many_turns)
     return number
 
 
@@ -548,5 +548,5 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     if quantity not in GD2.range:
         faults.add(path, show(value), f"a value {GD2.range} kg m^2")
         return None
-    faults.quantities[path] = Quantity(value, quantity, "inertia", False)
+    faults.quantities[path] = SceneQuantity(value, quantity, "inertia", False)
     return quantity / 4.0

@@ -38,7 +38,7 @@ from flywheel.reading.fields import (
     Fields,
     Item,
     Places,
-    Quantity,
+    SceneQuantity,
     Setting,
     as_table,
     check_name,
@@ -96,7 +96,7 @@ def of_texts(raw: object, path: str = "") -> Iterator[Remark]:
             yield from of_texts(value, f"{path}[{i}]")
 
 
-def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
+def of_quantity(quantity: SceneQuantity, path: str) -> Iterator[Remark]:
     """A quantity that is out of proportion, because its unit is missing or wrong."""
     value, number, dimension, many_turns = quantity
     bare = plain_number(value)
@@ -696,7 +696,7 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str
                 values[name] = math.nan
                 faults.add(path, error.defect, error.expected + ', or "balance"', error.advice)
                 continue
-            faults.quantities[path] = Quantity(value, values[name], "number", False)
+            faults.quantities[path] = SceneQuantity(value, values[name], "number", False)
             parts = split_quantity(middle) if isinstance(middle := middle_of(value), str) else None
             if parts is not None and parts[1]:
                 with suppress(QuantityError):

@@ -21,7 +21,7 @@ from flywheel.reading.fields import (
     TOLERANCE,
     Faults,
     Item,
-    Quantity,
+    SceneQuantity,
     Setting,
     as_table,
     read_item,
@@ -375,7 +375,7 @@ def read_effort(value: object, dimension: str, path: str, setting: Setting) -> f
         advice = product(str(value), setting.names | RESERVED) or error.advice
         setting.faults.add(path, error.defect, f"{error.expected}, or an expression", advice)
         return None
-    setting.faults.quantities[path] = Quantity(value, number, dimension, False)
+    setting.faults.quantities[path] = SceneQuantity(value, number, dimension, False)
     return number
 
 

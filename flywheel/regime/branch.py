@@ -1,6 +1,6 @@
 """The branch of steady periodic motions over the inertia of a flywheel: flywheels with and without one.
 
-For one flywheel the search ends in one of three ways, a `Finding`: a motion; the proof that there is none, because the
+For one flywheel the search ends in one of three ways, a `MotionSearch`: a motion; the proof that there is none, because the
 machine followed in time stops; or neither within the allowed effort. Use one `Branch` for a search over many flywheels: each
 motion is found from its nearest neighbour, so that they lie on one branch. Where that or the most direct ways fail the
 machine is followed in time, which costs less than the other ways: it stops, or approaches the motion.
@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import ONSET, Dynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import ONSET, MachineDynamics, Start, Trail, dynamics_of
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
@@ -96,7 +96,7 @@ class OutOfStepError(NoRegimeError):
     """A synchronous motor that settles out of step: its rotor falls back by whole pole pairs in each cycle."""
 
 
-class Finding(NamedTuple):
+class MotionSearch(NamedTuple):
     """Result of a search for the steady periodic motion with a flywheel (kg m² on the crank).
 
     `motion` is the motion if there is one; `stop` shows that there is none. With neither it is unknown, and `error` is
@@ -137,7 +137,7 @@ class Branch:
         self.motions: dict[float, OwnMotion] = {}
         self.others: dict[float, Callable[[], OwnMotion]] = {}  # motions that are taken up when they are the nearest
 
-    def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> Finding:
+    def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> MotionSearch:
         """The finding with one flywheel (kg m² on the crank), at a relative error of rtol in the irregularity.
 
         `near` is the motion to begin with; by default the nearest known one.
@@ -175,9 +175,9 @@ class Branch:
         search = partial(periodic_motion.own_motion, self.machine, near.speed, demand, inertia, self.unknown, rtol)
         return self._stable(inertia, partial(search, near=near, beyond=self.beside(near, lighter))).motion
 
-    def _searched(self, inertia: float, rtol: float) -> Finding:
+    def _searched(self, inertia: float, rtol: float) -> MotionSearch:
         """A motion by every method, as coarsely as the effort requires."""
-        finding, demand = Finding(inertia), Demand(inertia, None, self.mean)
+        finding, demand = MotionSearch(inertia), Demand(inertia, None, self.mean)
         for error in dict.fromkeys((rtol, max(rtol, COARSE))):
             search = partial(periodic_motion.own_motion, self.machine, self.speed, demand, 0.0, self.unknown, error)
             finding = self._stable(inertia, search)
@@ -185,16 +185,16 @@ class Branch:
                 break
         return finding
 
-    def _stable(self, inertia: float, search: Callable[[], OwnMotion]) -> Finding:
+    def _stable(self, inertia: float, search: Callable[[], OwnMotion]) -> MotionSearch:
         """The result of a search within the allowed effort: only a stable motion counts."""
         try:
             with limited(periodic_motion.MOST_WORK):
                 motion = search()
         except (NoRegimeError, BudgetError) as error:
-            return Finding(inertia, error=error)
+            return MotionSearch(inertia, error=error)
         if self.mean is None and motion.solved.damping < -periodic_motion.UNSTABLE:
-            return Finding(inertia, error=UnstableError(motion))
-        return Finding(inertia, motion)
+            return MotionSearch(inertia, error=UnstableError(motion))
+        return MotionSearch(inertia, motion)
 
     def _along(self, inertia: float, rtol: float, trail: Trail, start: float) -> OwnMotion:
         """The motion reached by one followed in time, at the time `start` (s) of its last cycle.
@@ -276,7 +276,7 @@ class Branch:
             return self._stop(dynamics, trail, speed)
         return (trail, passes[-2][0]) if trail.goal == _RETURNED else None
 
-    def _stop(self, dynamics: Dynamics, trail: Trail, speed: float) -> Stop:
+    def _stop(self, dynamics: MachineDynamics, trail: Trail, speed: float) -> Stop:
         """The place where a motion followed in time has stopped, and the torque it lacks there."""
         state = trail.ends()[:, -1]
         phi = float(state[0]) % self.machine.scene.cycle

@@ -24,7 +24,7 @@ from bondgraph.motion.standstill import ROUNDING, Release
 from bondgraph.motion.stepping import Events, Piece, Step, StepError, Tolerance, residuals, through
 from bondgraph.numerics import counting, summit
 from flywheel.components.motors.motor import States
-from flywheel.machine.dynamics import ONSET, Dynamics, Start, Stretch, Trail, later
+from flywheel.machine.dynamics import ONSET, MachineDynamics, Start, Stretch, Trail, later
 from flywheel.machine.equation import not_finite
 from flywheel.machine.loads import Effort
 from flywheel.machine.machine import Anchor, Machine
@@ -201,7 +201,7 @@ def copies(
 class Rest(NamedTuple):
     """A machine at rest from a time on, at a position within the cycle: only the motor's own states vary."""
 
-    dynamics: Dynamics
+    dynamics: MachineDynamics
     time: float
     state: Array
 
@@ -239,7 +239,7 @@ class Rest(NamedTuple):
             raise SceneError([Fault("until", defect, expected, "a shorter time")]) from None
 
 
-def rough_joints(dynamics: Dynamics) -> int:
+def rough_joints(dynamics: MachineDynamics) -> int:
     """The number of passive actions of joints that dry friction follows."""
     return 0 if dynamics.joint_friction is None else int(dynamics.joint_friction.curved.size)
 
@@ -261,7 +261,7 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
     return places[0] + on, places[1] - back
 
 
-def rest_cause(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
+def rest_cause(dynamics: MachineDynamics, phi: float, t: float, states: States = ()) -> str:
     """Reason why a machine stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
     moment, most, locking = dynamics.stiction(phi, *neighbours(machine, phi), t, states)
@@ -337,7 +337,7 @@ Watching = Callable[[float, float], None]
 
 
 def follow(
-    dynamics: Dynamics,
+    dynamics: MachineDynamics,
     start: Start,
     until: float,
     rtol: float,
@@ -362,7 +362,7 @@ class _Motion:
 
     def __init__(
         self,
-        dynamics: Dynamics,
+        dynamics: MachineDynamics,
         start: Start,
         until: float,
         rtol: float,

@@ -21,7 +21,7 @@ import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
 from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, Tolerance, residuals, through
-from flywheel.machine.dynamics import Dynamics, PlainInstant, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, PlainInstant, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import BudgetError, count, counted, limited
@@ -350,7 +350,7 @@ class SlidingError(ValueError):
     """A motion that cannot continue: it slides along a law that drives it back from both sides."""
 
 
-def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
+def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
     """The steps of a cycle from a state at phi = 0: phi (rad), u, and a motor's own states, such as its current.
 
     tau = w t and omega = w (1 + scale u). Stepping restarts where a law switches, at a position or at a speed, where a mesh
@@ -405,7 +405,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
 class _Scaled(NamedTuple):
     """The equation of motion in tau and u; branches are decided at an anchor, or without one at every instant."""
 
-    dynamics: Dynamics
+    dynamics: MachineDynamics
     speed: float
     scale: float
 

@@ -25,10 +25,10 @@ from bondgraph.recording import Program
 from flywheel.machine.equation import balanced, lost, passed_by
 from flywheel.machine.machine import Stage
 from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
-from flywheel.mechanisms.linkage import Unknowns
+from flywheel.mechanisms.linkage import LinkageUnknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
-from flywheel.numerics.implicit import Implicit, double_zero_near, falling_zero, zero_near
+from flywheel.numerics.implicit import ImplicitEquations, double_zero_near, falling_zero, zero_near
 
 SAME = 2.0**-60  # of two numbers, and of angles in rad: what they agree to within counts as the same
 PRECISIONS = ((80, 20, 1e-17), (128, 24, 1e-25), (192, 32, 1e-34))
@@ -58,7 +58,7 @@ _LEAST_UNEVEN = 1e-10  # irregularity: with less, such a cell is as wide as with
 _AT_SWITCH = 5e-11  # rad, over the root of the irregularity: half the width of a cell about the angle of a reversal
 
 
-class Motion(NamedTuple):
+class NearMotion(NamedTuple):
     """A motion near the one to be proven: its flywheel at the crank (kg m²), the unknown, the speed at phi = 0.
 
     `outwards` says of each mesh with losses whether power passes outwards through it from an angle (rad) on; a new row
@@ -88,7 +88,7 @@ def rows_of(walk: StretchWalk) -> Program:
 
 def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any:
     """The entry of a place of a program over balls: an index, the ball of a number, or the unknowns of a linkage."""
-    if isinstance(place, Unknowns):
+    if isinstance(place, LinkageUnknowns):
         return _unknowns(place)
     if isinstance(place, tuple) or callable(place):
         raise UnprovenError("a function or a table that is not arithmetic")
@@ -96,10 +96,12 @@ def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any
 
 
 @lru_cache(maxsize=16)
-def _unknowns(unknowns: Unknowns) -> Implicit:
+def _unknowns(unknowns: LinkageUnknowns) -> ImplicitEquations:
     """The unknowns of a linkage over balls."""
     equations, count = unknowns.equations, unknowns.count
-    return Implicit(over_balls(equations, count, balls.JETS), over_balls(equations), lambda x: unknowns(x)[: 2 * count])
+    return ImplicitEquations(
+        over_balls(equations, count, balls.JETS), over_balls(equations), lambda x: unknowns(x)[: 2 * count]
+    )
 
 
 def threshold(value: float) -> Any:
@@ -168,7 +170,7 @@ def possible_sign(_: int, difference: Any) -> int | None:
     return None
 
 
-class _Mark(NamedTuple):
+class _Edge(NamedTuple):
     """An edge of a smooth piece: its approximate angle (rad), and its formula, or the function of which it is a zero.
 
     An edge inside a piece, or one where a cell ends only for resolution, has neither: its exact place has no effect.
@@ -179,7 +181,7 @@ class _Mark(NamedTuple):
     zero: Program | None = None
 
 
-def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
+def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[_Edge]:
     """The edges of smooth pieces."""
     zero, marks, twin = rational(0, 1), structure.landmarks, structure.twin
     resolving = np.isin(twin.landmarks, np.setdiff1d(twin.breakpoints, twin.switches))
@@ -195,9 +197,9 @@ def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[_Mark]:
         angle = loosely(program)
         followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
         if resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]):
-            yield _Mark(angle)
+            yield _Edge(angle)
         else:
-            yield _Mark(angle, program if followed is None else None, followed)
+            yield _Edge(angle, program if followed is None else None, followed)
 
 
 def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:
@@ -251,7 +253,7 @@ def works_of(cells: Sequence[Model], balance: Any) -> Iterator[tuple[Any, Any]]:
         start = cell.at_end(rising)
 
 
-class Sums:
+class EnergySums:
     """An energy, given with its slope cell by cell, and I* all over the cycle as polynomials, and their extremes."""
 
     def __init__(self, cells: Sequence[Model], energies: Iterable[tuple[Any, Any]]) -> None:
@@ -264,7 +266,7 @@ class Sums:
     def greatest(self, energy: Any, inertia: Any, left: float, sign: int = 1) -> Any:
         """The greatest of sign (energy W + inertia I*)."""
         curves = [
-            balls.Curve(
+            balls.BallCurve(
                 cell.low - cell.middle,
                 cell.high - cell.middle,
                 sign * (energy * rising + inertia * cell.polynomials[INERTIA]),
@@ -418,7 +420,7 @@ class _Stretch(NamedTuple):
         return [_Law(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places]
 
 
-def _stretches(structure: Structure, edges: Sequence[Any], near: Motion, reach: Any) -> Iterator[_Stretch]:
+def _stretches(structure: Structure, edges: Sequence[Any], near: NearMotion, reach: Any) -> Iterator[_Stretch]:
     """The smooth pieces, divided at a reach from the angles at which the motion near has a mesh or a torque switch."""
     stages, jumps = len(structure.twin.stages), structure.twin.jumps_at_speeds
     for walk, (low, high) in zip(structure.walks, pairwise(edges), strict=True):
@@ -435,7 +437,7 @@ def _stretches(structure: Structure, edges: Sequence[Any], near: Motion, reach: 
             yield _Stretch(ends[0], None if k % 2 else outwards, *functions)
 
 
-class Speeds(NamedTuple):
+class SpeedBalls(NamedTuple):
     """The greatest and the least speed of a motion; `start` is the ball of E at the beginning of the cycle."""
 
     fast: Any
@@ -452,7 +454,7 @@ class Speeds(NamedTuple):
         """Difference of the two over their mean."""
         return 2 * (self.fast - self.slow) / (self.fast + self.slow)
 
-    def growth(self, before: Speeds, step: Any) -> tuple[Any, Any]:
+    def growth(self, before: SpeedBalls, step: Any) -> tuple[Any, Any]:
         """Growth of level and irregularity from another motion, for each unit of a step."""
         return ((self.level - before.level) / step).mid(), ((self.irregularity - before.irregularity) / step).mid()
 
@@ -460,7 +462,7 @@ class Speeds(NamedTuple):
 class Motions:
     """Steady motions of a machine with any flywheel and balance."""
 
-    def __init__(self, structure: Structure, columns: Sequence[Any], near: Motion, order: int, left: float) -> None:
+    def __init__(self, structure: Structure, columns: Sequence[Any], near: NearMotion, order: int, left: float) -> None:
         self._near, self._order, self._left = near, order, left
         self._unknown = balls.exact(near.unknown)
         self._per_unknown: tuple[Any, Any] | None = None  # effect of the unknown on the speed and on the irregularity
@@ -522,7 +524,7 @@ class Motions:
             if len(self._cells) + len(todo) > _MOST_CELLS:
                 raise UnprovenError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
-        sums = Sums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
+        sums = EnergySums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
         self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)
         self._tubes: tuple[Any, ...] = ()
         self._ranges = (balls.exact(0), balls.exact(0))
@@ -553,10 +555,10 @@ class Motions:
         return own, laws
 
     @staticmethod
-    def _place(cell: Model, laws: Sequence[_Law], unknown: Any) -> balls.Place:
+    def _place(cell: Model, laws: Sequence[_Law], unknown: Any) -> balls.BallPlace:
         """The laws in a cell with a flywheel and a value of the unknown."""
         about, all_over = (partial(law.rates, unknown=unknown) for law in laws)
-        return balls.Place(cell.low, cell.high, cell.middle, about, about, all_over)
+        return balls.BallPlace(cell.low, cell.high, cell.middle, about, about, all_over)
 
     def _with_wheel(self, wheel: Any) -> list[Any]:
         """The laws of each cell with a flywheel, and the polynomial of 1/(I* + J); those of the last few are kept."""
@@ -570,7 +572,7 @@ class Motions:
                 rows.append(([law.loaded(wheel) for law in laws], per_inertia))
         return self._loaded[key]
 
-    def near(self, wheel: Any, unknown: Any) -> Speeds:
+    def near(self, wheel: Any, unknown: Any) -> SpeedBalls:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown, not proven."""
         places = [
             self._place(cell, laws, unknown) for cell, (laws, _) in zip(self._cells, self._with_wheel(wheel), strict=True)
@@ -580,7 +582,7 @@ class Motions:
         self._polynomials = [*balls.approached(places, self._order, error, self._polynomials, self._growing)[0]]
         return self._speeds(wheel, balls.exact(0), balls.exact(0))
 
-    def at(self, wheel: Any, unknown: Any) -> Speeds:
+    def at(self, wheel: Any, unknown: Any) -> SpeedBalls:
         """The speeds of the motion with a flywheel (kg m² at the crank) and a value of the unknown."""
         numbers, sizes = (wheel, unknown), (abs(wheel), max(abs(unknown), balls.exact(self._effort)))
         if not (self._tubes and all(wide.contains(own) for wide, own in zip(self._ranges, numbers, strict=True))):
@@ -604,7 +606,7 @@ class Motions:
         self._polynomials = list(orbit.polynomials)
         return self._speeds(wheel, orbit.reach, orbit.start)
 
-    def _speeds(self, wheel: Any, reach: Any, start: Any) -> Speeds:
+    def _speeds(self, wheel: Any, reach: Any, start: Any) -> SpeedBalls:
         """The extreme speeds of motions with a flywheel no farther from the polynomials than a reach."""
         rows = zip(self._polynomials, self._with_wheel(wheel), strict=True)
         motions = [(own + balls.around(0, reach)) * per_inertia for own, (_, per_inertia) in rows]
@@ -614,14 +616,14 @@ class Motions:
 
         def extreme(sign: int) -> Any:
             curves = (
-                balls.Curve(cell.low - cell.middle, cell.high - cell.middle, sign * own, sign * own.derivative())
+                balls.BallCurve(cell.low - cell.middle, cell.high - cell.middle, sign * own, sign * own.derivative())
                 for cell, own in zip(self._cells, motions, strict=True)
             )
             return (2 * sign * balls.greatest(curves, least)).sqrt()
 
-        return Speeds(extreme(1), extreme(-1), start)
+        return SpeedBalls(extreme(1), extreme(-1), start)
 
-    def _check_sides(self, cell: balls.Place, energy: Any, laws: Sequence[_Law], unknown: Any) -> None:
+    def _check_sides(self, cell: balls.BallPlace, energy: Any, laws: Sequence[_Law], unknown: Any) -> None:
         """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
         if laws[0].outwards is None:
             return
@@ -631,13 +633,13 @@ class Motions:
         sides = [*(laws[0].signs or ()), *(1 if out else -1 for out in laws[0].outwards)]
         for side, inner, outer in zip(sides, values, cut, strict=True):
             beyond = -(side or 1) * balls.enclosing(inner, outer, order)
-            curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, beyond, beyond.derivative())
+            curve = balls.BallCurve(cell.low - cell.middle, cell.high - cell.middle, beyond, beyond.derivative())
             if all(term.is_zero() for term in beyond.coeffs()):  # an idle mesh loses nothing either way
                 continue
             if not balls.greatest([curve], _SIDE * abs(float(beyond(0).mid())) + _LOOSE * float(beyond(0).rad())) < 0:
                 raise UnprovenError(f"on which side of a switch or of a mesh the motion is at {float(cell.middle):.6g} rad")
 
-    def _slopes(self, here: Speeds, wheel: Any) -> tuple[Any, Any]:
+    def _slopes(self, here: SpeedBalls, wheel: Any) -> tuple[Any, Any]:
         """Effects of a unit of the unknown on the speed and on the irregularity, near a motion with a flywheel."""
         if self._per_unknown is None:
             step = balls.exact(_SECANT * max(abs(self._near.unknown), self._effort))
@@ -646,7 +648,7 @@ class Motions:
                 raise UnprovenError("the effect of the balance on the speed")
         return self._per_unknown
 
-    def balance(self, wheel: Any, speed: Any, apart: Any = None) -> tuple[Any, Speeds]:
+    def balance(self, wheel: Any, speed: Any, apart: Any = None) -> tuple[Any, SpeedBalls]:
         """The ball of the unknown with which a motion has a speed, near that of the last motion, and its speeds.
 
         apart: half its width at first; None for one from the motion with the last unknown.
@@ -660,11 +662,11 @@ class Motions:
         for _ in range(_MOST_WIDER):
             low, high = (self.at(wheel, self._unknown + side * self.effect * apart) for side in (-1, 1))
             if self.effect and low.level < speed < high.level:  # every motion between has speeds between theirs
-                return balls.around(self._unknown, apart), Speeds(*map(balls.hull, zip(low, high, strict=True)))
+                return balls.around(self._unknown, apart), SpeedBalls(*map(balls.hull, zip(low, high, strict=True)))
             apart *= _WIDER
         raise UnprovenError("that the mean speed is the required one with a balance near")
 
-    def for_irregularity(self, asked: Any, *speeds: Any) -> tuple[Any, list[tuple[Any, Speeds]]]:
+    def for_irregularity(self, asked: Any, *speeds: Any) -> tuple[Any, list[tuple[Any, SpeedBalls]]]:
         """The ball of the flywheel with which a motion has an irregularity; unknown and speeds at both of its ends."""
         wheel, zero = balls.exact(self._near.wheel), rational(0, 1)
         here, step = self.near(wheel, self._unknown), (wheel * balls.exact(_SECANT)).mid()
@@ -682,7 +684,7 @@ class Motions:
         here, unknown = self.at(wheel, self._unknown), self._unknown
         apart = (_BRACKET**2 * (abs(asked - here.irregularity) + self._left) / uneven).abs_upper()
         for _ in range(_MOST_WIDER):
-            ends = list[tuple[Any, Speeds]]()
+            ends = list[tuple[Any, SpeedBalls]]()
             for side in (-1, 1):
                 self._unknown, own = (unknown - side * share * apart).mid(), wheel + side * apart
                 off = [abs(speed - here.level) + self._left * speed + _MISSED * abs(level * apart) for speed in speeds]

@@ -39,7 +39,7 @@ __all__ = ["power_flow"]
 _MOST_CELLS = 2_000  # of the powers, in addition to those of the cycle itself
 
 
-class _Part(NamedTuple):
+class _Power(NamedTuple):
     """One power: from where to where, and its moment on the crank (N m, cells and nodes)."""
 
     source: str
@@ -55,7 +55,7 @@ class _Flows(NamedTuple):
 
     mesh: Cells
     omega: Array
-    parts: list[_Part]
+    parts: list[_Power]
     passed: dict[str, Array]
     missing: Array
     exchanged: Array
@@ -141,7 +141,7 @@ class _Train:
         scene, (omega, alpha) = self.scene, self.motion(mesh)
         omega = omega * faster
         shape, none = omega.shape, np.zeros(omega.shape)
-        parts: list[_Part] = []
+        parts: list[_Power] = []
         entering: dict[str, Array] = {}
         missing, exchanged = none, none
         for name in (*reversed(self.outwards), "crank"):  # farther ones first
@@ -160,22 +160,22 @@ class _Train:
             parts += self._through(name, entering[name], mesh)
         return _Flows(mesh, omega, parts, entering, missing, exchanged)
 
-    def _on(self, name: str, mesh: Cells, omega: Array, alpha: Array) -> Iterator[_Part]:
+    def _on(self, name: str, mesh: Cells, omega: Array, alpha: Array) -> Iterator[_Power]:
         """Moments on a shaft: taken by its loads, given by its drive, stored by its inertias."""
         place, wheel = f"shafts.{name}", self.flywheel if self.scene.flywheel_on == name else 0.0
         if wheel:
-            yield _Part(place, "flywheel", "stored", "flywheel", name, wheel * alpha)
+            yield _Power(place, "flywheel", "stored", "flywheel", name, wheel * alpha)
         reduction = self.reductions.get(name)
         if reduction is None:
             return
         station = reduction.at(mesh.phi, mesh.anchor)
         reduced, fixed = station.reduced, self.fixed[name]
         if fixed:
-            yield _Part(place, f"{place}.inertia", "stored", f"{place}.inertia", name, fixed * alpha)
+            yield _Power(place, f"{place}.inertia", "stored", f"{place}.inertia", name, fixed * alpha)
         if self.scene.mechanisms:
             moved = (reduced.inertia - fixed) * alpha + 0.5 * reduced.slope * omega * omega
             if np.any(moved):
-                yield _Part(place, f"{place}.masses", "stored", f"{place}.masses", name, moved)
+                yield _Power(place, f"{place}.masses", "stored", f"{place}.masses", name, moved)
         moments = station.moments(self.unknown, by_name=True)
         middle = omega[:, MIDDLE : MIDDLE + 1]
         for element, effort, factor in station.contributions(omega, 0.0, middle):
@@ -185,37 +185,37 @@ class _Train:
             if path in self.loads:
                 yield from self._acting(path, place, moment, mesh, omega)
             elif path == FRICTION:
-                yield _Part(place, "heat", "friction", FRICTION, name, -moment)
+                yield _Power(place, "heat", "friction", FRICTION, name, -moment)
             elif path in self.springs:
-                yield _Part(place, path, "stored", path, self.springs[path], -moment)
+                yield _Power(place, path, "stored", path, self.springs[path], -moment)
             else:
                 weights = weights + moment
         if np.any(weights):
-            yield _Part(place, "gravity", "stored", "gravity", name, -weights)
+            yield _Power(place, "gravity", "stored", "gravity", name, -weights)
         for label, resistance in station.resistances().items():
             damper = self.dampers[label]
-            yield _Part(place, "heat", "damper", damper.path, damper.on, resistance * omega)
+            yield _Power(place, "heat", "damper", damper.path, damper.on, resistance * omega)
 
-    def _acting(self, path: str, place: str, moment: Any, mesh: Cells, omega: Array) -> Iterator[_Part]:
+    def _acting(self, path: str, place: str, moment: Any, mesh: Cells, omega: Array) -> Iterator[_Power]:
         """A load, or the drive with its motor's power from the mains."""
         load = self.loads[path]
         if load.path == "drive":
             yield from self._drive(place, wide(moment, omega.shape), mesh, omega)
         elif load.path == f"{place}.drag":
-            yield _Part(place, "heat", "drag", load.path, load.on, -moment)
+            yield _Power(place, "heat", "drag", load.path, load.on, -moment)
         elif is_loss(load.model):
-            yield _Part(place, "heat", "resistance", load.path, load.on, -moment)
+            yield _Power(place, "heat", "resistance", load.path, load.on, -moment)
         else:
-            yield _Part(place, load.path, "load", load.path, load.on, -moment)
+            yield _Power(place, load.path, "load", load.path, load.on, -moment)
 
-    def _drive(self, place: str, moment: Array, mesh: Cells, omega: Array) -> Iterator[_Part]:
+    def _drive(self, place: str, moment: Array, mesh: Cells, omega: Array) -> Iterator[_Power]:
         """The drive on its shaft; for motors of known heat also that, and the power from the mains."""
         scene, run = self.scene, self.sizing.run
         assert scene.drive is not None
         ratio = scene.shafts[scene.drive.on]
         if run is not None and run.states and run.drive is not None and run.cycle is not None:
             moment = cells.interpolated(run.drive, run.cycle.mesh, mesh.phi)  # the current is a state of its own
-        yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
+        yield _Power("drive", place, "drive", "drive", scene.drive.on, moment)
         own = () if run is None else states_on(run, mesh)
         powers = {} if scene.motor is None else scene.motor.powers(ratio * omega, moment / ratio, own)
         taken = moment
@@ -223,9 +223,9 @@ class _Train:
             heat = power / omega
             taken = taken + heat
             target = "heat" if kind in HEATS else f"drive.{kind}"
-            yield _Part("drive", target, kind if kind in HEATS else "stored", f"drive.{kind}", scene.drive.on, heat)
+            yield _Power("drive", target, kind if kind in HEATS else "stored", f"drive.{kind}", scene.drive.on, heat)
         if powers:
-            yield _Part("mains", "drive", "input", "drive", scene.drive.on, taken)
+            yield _Power("mains", "drive", "input", "drive", scene.drive.on, taken)
 
     def _meshed(self, name: str, entering: Array) -> Array | float:
         """Torque given by the nearer shaft for each N m that enters this one, decided in the middle of each cell."""
@@ -234,21 +234,21 @@ class _Train:
             return 1.0
         return np.where(entering[:, MIDDLE : MIDDLE + 1] > 0.0, 1.0 / efficiency, efficiency)
 
-    def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
+    def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Power]:
         """Power through a shaft's mesh, from the shaft that gives on average to the one that takes, and the loss."""
         scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
         power = self._meshed(name, entering) * entering
         lost = power - entering
         inwards = float(cells.integral(power + entering, mesh.half).sum()) < 0.0
         source, target, arriving = (here, there, -power) if inwards else (there, here, entering)
-        yield _Part(source, target, "shaft", here, name, arriving)
+        yield _Power(source, target, "shaft", here, name, arriving)
         slip = scene.transmissions[name].slip if name in scene.transmissions else 0.0
         efficiency = scene.efficiencies.get(name, 1.0)
         by_slip = slip / (1.0 - efficiency) if slip else 0.0  # of what is lost: slip of what enters
         if slip:
-            yield _Part(source, "heat", "slip", here, name, by_slip * lost)
+            yield _Power(source, "heat", "slip", here, name, by_slip * lost)
         if efficiency < 1.0 - slip * (1.0 + 4 * ROUNDING):
-            yield _Part(source, "heat", "mesh", here, name, (1.0 - by_slip) * lost)
+            yield _Power(source, "heat", "mesh", here, name, (1.0 - by_slip) * lost)
 
 
 def can_lose(scene: Scene) -> bool:

@@ -39,10 +39,10 @@ from flywheel.sizing.enclosures import (
     ROWS,
     SAME,
     UNKNOWN,
-    Motion,
+    EnergySums,
     Motions,
-    Speeds,
-    Sums,
+    NearMotion,
+    SpeedBalls,
     cells_of,
     double_edges_of,
     edges_of,
@@ -66,7 +66,7 @@ _EVEN = 1e-4  # an irregularity beside which that of a motion which does not var
 _NARROW = 1e-6  # of a figure: a width that does not count
 
 
-def proven(scene: Scene, motion: Motion | None = None) -> Proof:
+def proven(scene: Scene, motion: NearMotion | None = None) -> Proof:
     """The proof of a scene's figures, or the reason why there is none.
 
     Where torques depend on speed, the figures of the motion are proven near the one given.
@@ -158,7 +158,7 @@ def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, 
     raise UnprovenError(str(refusal.__cause__ or refusal)) from refusal
 
 
-def _figures(scene: Scene, motion: Motion | None) -> tuple[dict[str, tuple[float, float]], int]:
+def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[float, float]], int]:
     """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
     recording, quantities, fixed = _recorded(scene)
     open_still = UnprovenError("nothing")
@@ -376,7 +376,7 @@ def _cycle(
     return figures, scales
 
 
-def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[Sums, Any, Any, float]:
+def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float) -> tuple[EnergySums, Any, Any, float]:
     """The extremes of a cycle, its balance, 0 without one, the work of a unit of that, and about all the work done."""
     edges = edges_of(structure, columns)
     walks = [over_balls(rows_of(walk)) for walk in structure.walks]
@@ -388,7 +388,7 @@ def _sums(structure: Structure, columns: Sequence[Any], order: int, left: float)
         sizes = walk.program._replace(outputs=walk.program.outputs[3:5]).only(2).function()
         by_unknown, others = sizes(float(low + high) / 2, *numbers)
         exchanged += float(high - low) * (abs(float(balance) * float(by_unknown)) + float(others))
-    return Sums(cells, works_of(cells, balance)), balance, effect, exchanged
+    return EnergySums(cells, works_of(cells, balance)), balance, effect, exchanged
 
 
 def _numbers(scene: Scene, structure: Structure) -> Program:
@@ -399,7 +399,7 @@ def _numbers(scene: Scene, structure: Structure) -> Program:
 
 
 def _of_cycle(
-    sums: Sums | _SumsOverRanges, speed: Any, ratio: Any, last: Any, left: float, *, asked: bool
+    sums: EnergySums | _SumsOverRanges, speed: Any, ratio: Any, last: Any, left: float, *, asked: bool
 ) -> dict[str, Any]:
     """The figures of a cycle, by their keys, from its extremes.
 
@@ -613,7 +613,7 @@ class _SumsOverRanges:
     them.
     """
 
-    def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: Sums, order: int) -> None:
+    def __init__(self, structure: Structure, columns: Sequence[Any], origin: Any, middle: EnergySums, order: int) -> None:
         self._middle, self._halves = middle, origin.halves
         edges = list(_edges_over_ranges(structure, columns, origin))
         for low, high in pairwise(edges):
@@ -658,12 +658,12 @@ class _SumsOverRanges:
         middle = self._middle.greatest(of_energy, of_inertia, left, sign)
         for cell, breaks, moved, inverse, work, moment, own, own_slope in self._curves:
             value, slope = sign * (energy * work + inertia * own), sign * (energy * moment + inertia * own_slope)
-            curve = balls.Curve(cell.low - cell.middle, cell.high - cell.middle, value.middle, slope.middle)
+            curve = balls.BallCurve(cell.low - cell.middle, cell.high - cell.middle, value.middle, slope.middle)
             found.append(balls.CurveOverRanges(curve, value.slopes, slope.value * inverse, moved, breaks))
         return balls.Centred(middle, balls.slopes_at_greatest(found, self._halves), self._halves)
 
     def irregularity(self, speed: Any, wheel: Any, bounds: tuple[Any, Any], left: float) -> Any:
-        """The irregularity e with a given flywheel (as in `Sums`).
+        """The irregularity e with a given flywheel (as in `EnergySums`).
 
         Its slopes are -g_k/g_e, by the implicit function theorem, in a range of e that contains all results.
         """
@@ -730,7 +730,7 @@ def _piece(k: int, walk: StretchWalk, ends: tuple[Any, Any], columns: Sequence[A
 
 
 def _moving(
-    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: Motion | None
+    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: NearMotion | None
 ) -> dict[str, Any]:
     """The balls of the figures of the motion, by their keys.
 
@@ -747,7 +747,7 @@ def _moving(
     ratio, last, *speeds = over_balls(numbers, len(wanted))(zero, *columns)
     motions = Motions(structure, columns, near, *fineness)
     wheel = balls.exact(near.wheel) if scene.inertia is None else last * ratio**2
-    ends = list[tuple[Any, Speeds]]()
+    ends = list[tuple[Any, SpeedBalls]]()
     if asked is not None and near.wheel > 0.0:
         wheel, ends = motions.for_irregularity(last, *speeds)
     if speeds:

@@ -252,7 +252,7 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         return Proof(
             {}, "python-flint, which is not installed: pip install 'flywheel-design[proof]'", "nothing is proven", 0.0
         )
-    from flywheel.sizing.enclosures import Motion  # the library is an extra
+    from flywheel.sizing.enclosures import NearMotion  # the library is an extra
     from flywheel.sizing.proof import proven
 
     if regime is None or regime.run is None:
@@ -265,7 +265,7 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
     sides = [tuple(row) for row in np.reshape(decided, (len(decided), len(speeds))).T.tolist()]
     beginnings = zip(mesh.edges[:-1].tolist(), sides, [None, *sides[:-1]], strict=True)
     outwards = ((low, own[: len(passed)]) for low, own, before in beginnings if own != before)
-    return proven(scene, Motion(run.inertia, unknown, start, run.irregularity, tuple(outwards)))
+    return proven(scene, NearMotion(run.inertia, unknown, start, run.irregularity, tuple(outwards)))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------

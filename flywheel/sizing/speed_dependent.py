@@ -16,7 +16,7 @@ from flywheel.numerics.budget import BudgetError, Cost, Meter, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
-from flywheel.regime.branch import Branch, Finding, Outcome, OutOfStepError, UnstableError, outcome_of
+from flywheel.regime.branch import Branch, MotionSearch, Outcome, OutOfStepError, UnstableError, outcome_of
 from flywheel.regime.cycle_equations import Demand, LostError, NoRegimeError, UnresolvedError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.turning_moment import Cycle, Run
@@ -271,7 +271,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         return motion if motion.run.irregularity * (1.0 + motion.run.error) <= (scene.irregularity or 0.0) else None
 
     def refused(inertia: float | None, guess: float, error: NoRegimeError | BudgetError) -> SceneError:
-        return SceneError([_fault(machine, speed, inertia, guess, unknown, Finding(guess, error=error))])
+        return SceneError([_fault(machine, speed, inertia, guess, unknown, MotionSearch(guess, error=error))])
 
     if scene.inertia is not None:
         inertia = scene.inertia * scene.flywheel_ratio**2
@@ -319,11 +319,11 @@ def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -
     except NoRegimeError as error:
         if machine.scene.irregularity is not None:
             _motion(machine, figures, unknown, rtol)  # whose refusal names the reason
-        fault = _fault(machine, figures.speed, None, figures.scale, unknown, Finding(figures.scale, error=error))
+        fault = _fault(machine, figures.speed, None, figures.scale, unknown, MotionSearch(figures.scale, error=error))
         raise SceneError([fault._replace(path="flywheel.limits")]) from None
 
 
-def _fault(machine: Machine, speed: float, size: float | None, guess: float, unknown: float, finding: Finding) -> Fault:
+def _fault(machine: Machine, speed: float, size: float | None, guess: float, unknown: float, finding: MotionSearch) -> Fault:
     """Fault of a machine for which no motion was found, or none with meaningful figures.
 
     Simulated in time the machine may stall or run away; otherwise the iteration did not converge. `size` is the flywheel on

@@ -28,7 +28,7 @@ from scipy import integrate, optimize
 
 from bondgraph.motion.stepping import FIXED, Step, hermite, runge_kutta_step
 from bondgraph.numerics import root, roots_between, summits
-from flywheel.machine.dynamics import Dynamics, Instant, Start, dynamics_of
+from flywheel.machine.dynamics import Instant, MachineDynamics, Start, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine, circuit_of
 from flywheel.mechanisms.families import has_joints
@@ -551,7 +551,7 @@ def stretches_of(machine: Machine, restart: bool) -> list[tuple[float, float]]:
 
 
 def _instant(
-    dynamics: Dynamics, stretch: tuple[float, float], restart: bool, phi: float, omega: float, states: Any = ()
+    dynamics: MachineDynamics, stretch: tuple[float, float], restart: bool, phi: float, omega: float, states: Any = ()
 ) -> Instant:
     """The machine at an angle of a stretch, with the branches of its middle; without restarts with those at the angle."""
     if restart:
@@ -663,7 +663,7 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
 def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Revolve:
     """Runs cycles stretch by stretch: the state is phi, omega, and a motor's own states."""
 
-    def rates(dynamics: Dynamics, stretch: tuple[float, float], t: float, state: Array) -> Array:
+    def rates(dynamics: MachineDynamics, stretch: tuple[float, float], t: float, state: Array) -> Array:
         phi, omega, *own = state.tolist()
         now = _instant(dynamics, stretch, restart, phi, omega, own)
         return np.array([omega, float(now.acceleration), *map(float, now.rates)])

@@ -329,7 +329,7 @@ DONE, FAILED, OUT_OF_TIME, LEFT = "done", "no answer", "out of time", "not run"
 Progress = Callable[[int, int, str], None]
 
 
-class Run(NamedTuple):
+class MethodRun(NamedTuple):
     """Outcome of a method: its answer, times of its repeats (s), evaluations, or the reason why there is none."""
 
     method: Method
@@ -368,7 +368,7 @@ def limited(end: float) -> Iterator[Tally]:
 
 def measured(
     methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0
-) -> tuple[list[Run], bool, float]:
+) -> tuple[list[MethodRun], bool, float]:
     """Runs methods until all are done, the budget (s) is spent, or the user interrupts.
 
     Returns every method's run, True if the user stopped it, and the total time (s).
@@ -378,7 +378,7 @@ def measured(
     """
     begun = time.perf_counter() - spent
     over = begun + max(budget, spent + 0.5 * budget)
-    runs: list[Run] = []
+    runs: list[MethodRun] = []
     interrupted = False
     try:
         for k, method in enumerate(methods):
@@ -386,18 +386,18 @@ def measured(
                 progress(k, len(methods), method.name)
             left = over - time.perf_counter()
             if left <= 0.0:
-                runs.append(Run(method, LEFT, reason="the budget was spent"))
+                runs.append(MethodRun(method, LEFT, reason="the budget was spent"))
             elif any(run.method.group == method.group and run.outcome in (OUT_OF_TIME, LEFT) for run in runs):
-                runs.append(Run(method, LEFT, reason="a rougher setting took too long already"))
+                runs.append(MethodRun(method, LEFT, reason="a rougher setting took too long already"))
             else:
                 runs.append(_run(method, min(left, max(_LONGEST * budget, _LEAST))))
     except KeyboardInterrupt:
         interrupted = True
-    runs += [Run(method, LEFT, reason="interrupted") for method in methods[len(runs) :]]
+    runs += [MethodRun(method, LEFT, reason="interrupted") for method in methods[len(runs) :]]
     return runs, interrupted, time.perf_counter() - begun
 
 
-def _run(method: Method, limit: float) -> Run:
+def _run(method: Method, limit: float) -> MethodRun:
     """One method, repeated while that costs little; the first of several repeats only warms up."""
     try:
         with np.errstate(all="ignore"):
@@ -407,12 +407,12 @@ def _run(method: Method, limit: float) -> Run:
             while len(times) <= _REPEATS and sum(times) < min(_ENOUGH, limit):
                 times.append(_timed(method)[0])
     except OutOfTimeError:
-        return Run(method, OUT_OF_TIME, reason=f"stopped after {limit:.2g} s")
+        return MethodRun(method, OUT_OF_TIME, reason=f"stopped after {limit:.2g} s")
     except (SceneError, NoAnswerError, ArithmeticError, ValueError, RuntimeError) as error:
-        return Run(method, FAILED, reason=next(iter(str(error).splitlines()), type(error).__name__))
+        return MethodRun(method, FAILED, reason=next(iter(str(error).splitlines()), type(error).__name__))
     if not np.isfinite(value):
-        return Run(method, FAILED, reason="no finite answer")
-    return Run(method, DONE, float(value), tuple(times[1:] or times), tally.evaluations)
+        return MethodRun(method, FAILED, reason="no finite answer")
+    return MethodRun(method, DONE, float(value), tuple(times[1:] or times), tally.evaluations)
 
 
 def _timed(method: Method) -> tuple[float, float]:
@@ -421,7 +421,7 @@ def _timed(method: Method) -> tuple[float, float]:
     return time.perf_counter() - start, value
 
 
-def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
+def decided(runs: Iterable[MethodRun]) -> tuple[list[MethodRun], bool]:
     """The runs that are close to the fastest of them, timed again in turns so that a disturbance affects all.
 
     Also returns True if the user stopped that.
@@ -497,7 +497,7 @@ def tradeoff(
     question, reference = verified(machine)
     runs, interrupted, seconds = measured(methods(question), budget, progress, time.perf_counter() - begun)
 
-    def meets(run: Run) -> bool | None:
+    def meets(run: MethodRun) -> bool | None:
         """Tests whether a run keeps the error; None if it has no answer, or the reference is not accurate enough."""
         if run.value is None:
             return None
@@ -529,24 +529,24 @@ def tradeoff(
     )
 
 
-def _level(runs: list[Run]) -> list[Run]:
+def _level(runs: list[MethodRun]) -> list[MethodRun]:
     """The fastest run, and those that take as long within the noise, undisturbed."""
     fastest = min((run.least for run in runs), default=0.0)
     return sorted((run for run in runs if run.least <= _NOISE * fastest), key=lambda run: run.least)
 
 
-def _promises(run: Run, rtol: float) -> bool:
+def _promises(run: MethodRun, rtol: float) -> bool:
     return run.method.promised is not None and run.method.promised <= rtol
 
 
-def _chosen(level: list[Run], rtol: float) -> str | None:
+def _chosen(level: list[MethodRun], rtol: float) -> str | None:
     """The run with the greatest estimate within rtol among those that take as long; else the fastest."""
     promises = [run for run in level if _promises(run, rtol)]
     best = max(promises, key=lambda run: run.method.promised or 0.0, default=level[0] if level else None)
     return best and best.method.name
 
 
-def _row(question: Question, reference: Reference, run: Run, meets: bool | None) -> MethodRow:
+def _row(question: Question, reference: Reference, run: MethodRun, meets: bool | None) -> MethodRow:
     method = run.method
     return MethodRow(
         name=method.name,

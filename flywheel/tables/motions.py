@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.motions.curves import ANGLE, POINT, WAY, Curve
+from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve
 from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import Extreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
@@ -29,7 +29,7 @@ _MOST_NAMED = 6
 _MOST_PORTS = 6  # in the overview of a motion, which is to fit a screen
 
 
-def units(motion: Kinematics, curve: Curve) -> tuple[str, str, str]:
+def units(motion: Kinematics, curve: MotionCurve) -> tuple[str, str, str]:
     """Units of a curve's position, velocity and acceleration: per second, or per unit of the driver."""
     per = "s" if motion.rate is not None else "m" if motion.sliding else "rad"
     return curve.unit, f"{curve.unit}/{per}", f"{curve.unit}/{per}^2"
@@ -68,7 +68,7 @@ def motion_text(motion: Kinematics, *, listed: bool = False, tables: bool = True
     return paragraphs(blocks)
 
 
-def _standing(curve: Curve) -> str:
+def _standing(curve: MotionCurve) -> str:
     values, errors = np.atleast_2d(curve.position)[:, 0], np.atleast_2d(curve.errors[0])[:, 0]
     numerals = ", ".join(figure(value, error, _DIGITS) for value, error in zip(values, errors, strict=True))
     return f"({numerals}) m" if curve.kind == POINT else f"{numerals} {_with_degrees(curve.unit, values[0], errors[0])}"
@@ -104,7 +104,7 @@ def _label(motion: Kinematics, name: str) -> str:
     return next((other for other, of in motion.other_names.items() if of == name and "." not in other), name)
 
 
-def _columns(motion: Kinematics, curve: Curve) -> Iterator[tuple[str, Array, Array]]:
+def _columns(motion: Kinematics, curve: MotionCurve) -> Iterator[tuple[str, Array, Array]]:
     """Heads, values and errors of a curve's figures as text: of a point both components and the amounts."""
     names = zip(
         _QUANTITIES, units(motion, curve), (curve.position, curve.velocity, curve.acceleration), curve.errors, strict=True
@@ -295,7 +295,7 @@ def _axes(array: Array) -> Any:
     return array if array.ndim == 1 else {"x": array[0], "y": array[1]}
 
 
-def _as_dict(motion: Kinematics, curve: Curve) -> dict[str, Any]:
+def _as_dict(motion: Kinematics, curve: MotionCurve) -> dict[str, Any]:
     data: dict[str, Any] = {
         "kind": curve.kind,
         "units": dict(zip(_QUANTITIES, units(motion, curve), strict=True)),
@@ -313,7 +313,7 @@ def _as_dict(motion: Kinematics, curve: Curve) -> dict[str, Any]:
 _PARTS = ("driver_acceleration", "driver_speed")
 
 
-def _errors(motion: Kinematics, curve: Curve) -> dict[str, Any]:
+def _errors(motion: Kinematics, curve: MotionCurve) -> dict[str, Any]:
     of_velocity, of_acceleration = curve.errors[1:]
     data: dict[str, Any] = {
         **{name: _axes(part) for name, part in zip(_QUANTITIES, curve.errors, strict=True)},

@@ -19,7 +19,7 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
-from flywheel.motions.curves import POINT, Curve
+from flywheel.motions.curves import POINT, MotionCurve
 from flywheel.motions.joint_forces import DRIVING, CurveAxis, ForceCurve, JointForces, axis, figures_of, force_curves
 from flywheel.motions.kinematics import motion
 from flywheel.motions.kinetic_energy import stored_energy
@@ -100,7 +100,7 @@ def _translates(machine: Machine, name: str) -> bool:
     return element is None or element.domain == "translation"  # parts of a point's acceleration are no elements
 
 
-def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
+def _bodies(machine: Machine, phi: Array) -> dict[str, MotionCurve]:
     """Angles of shafts and bodies, ways of slides and ports, centres of mass, per unit of the driver, by full names."""
     record = motion(machine.scene, at=phi)
     ports = {own: name for name, own in record.other_names.items() if name in machine.places}
@@ -113,7 +113,7 @@ def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
     return bodies
 
 
-def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> dict[str, Array]:
+def _by_axis(bodies: Mapping[str, MotionCurve], figure: Callable[[MotionCurve], Array]) -> dict[str, Array]:
     """A figure of every curve; of points one along x and one along y: `NAME.x` and `NAME.y`."""
     by_axis: dict[str, Array] = {}
     for name, curve in bodies.items():
@@ -122,7 +122,7 @@ def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> d
     return by_axis
 
 
-def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
+def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, MotionCurve]) -> Iterator[tuple[str, Array]]:
     """Positions, and the energies of springs and weights there."""
     units = _by_axis(bodies, lambda curve: curve.position)
     for name, values in units.items():
@@ -213,12 +213,14 @@ def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage:
     }
 
 
-def _centres(bodies: Mapping[str, Curve], stroke: Stroke) -> tuple[tuple[dict[str, Array], dict[str, Array]], ...]:
+def _centres(bodies: Mapping[str, MotionCurve], stroke: Stroke) -> tuple[tuple[dict[str, Array], dict[str, Array]], ...]:
     """Velocities, then accelerations of centres of mass along x and y, each with its estimated errors."""
     v, a = stroke.speed or 0.0, stroke.acceleration
     centres = {name: curve for name, curve in bodies.items() if curve.kind == POINT}
 
-    def both(figure: Callable[[Curve], Array], error: Callable[[Curve], Array]) -> tuple[dict[str, Array], dict[str, Array]]:
+    def both(
+        figure: Callable[[MotionCurve], Array], error: Callable[[MotionCurve], Array]
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
         return _by_axis(centres, figure), _by_axis(centres, error)
 
     return (

@@ -36,7 +36,7 @@ import flywheel
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from flywheel.machine.dynamics import Dynamics, Start
+from flywheel.machine.dynamics import MachineDynamics, Start
 from flywheel.motions.simulation import motion_from
 from flywheel.regime import periodic_motion
 from flywheel.regime.cycle_equations import Demand, first_guess, periodic
@@ -164,7 +164,7 @@ def _greatest(lap: Lap, sign: float) -> float:
 
 def with_estimate(machine: flywheel.Machine, inertia: float, start: float) -> float:
     """Time (s) of the library's own stepping until it settles, with the runs that tell its error."""
-    dynamics, before = Dynamics(machine, inertia * machine.scene.flywheel_ratio**2, 0.0), start
+    dynamics, before = MachineDynamics(machine, inertia * machine.scene.flywheel_ratio**2, 0.0), start
 
     def passing(t: float, omega: float) -> str | None:
         nonlocal before
@@ -178,7 +178,7 @@ def with_estimate(machine: flywheel.Machine, inertia: float, start: float) -> fl
 
 def by_library(machine: flywheel.Machine, inertia: float, start: float, longest: float) -> Settled:
     """The library's own time stepping."""
-    dynamics, speed = Dynamics(machine, inertia * machine.scene.flywheel_ratio**2, 0.0), start
+    dynamics, speed = MachineDynamics(machine, inertia * machine.scene.flywheel_ratio**2, 0.0), start
 
     def lap() -> Lap:
         nonlocal speed

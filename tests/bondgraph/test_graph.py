@@ -44,7 +44,7 @@ from bondgraph import (
 )
 from bondgraph.graph import (
     Relation,
-    Step,
+    SolutionStep,
     neighbours,
     places,
     plan,
@@ -153,8 +153,11 @@ def test_a_plan_goes_as_far_as_it_can_without_dividing_by_a_modulus():
 def test_sums_and_constant_ratios_are_turned_round():
     waiting = [Relation("z", ((0, 1.0, 1.0), (1, 1.0, 1.0), (2, 1.0, -1.0))), Relation("T", ((2, 1.0, 1.0), (3, 4.0, -1.0)))]
     total, gear = waiting
-    assert plan(waiting, {0, 3}) == [Step((2,), (gear,), ((3, 4.0),)), Step((1,), (total,), ((0, -1.0), (2, 1.0)))]
-    assert plan([gear], {2}) == [Step((3,), (gear,), ((2, 0.25),))]
+    assert plan(waiting, {0, 3}) == [
+        SolutionStep((2,), (gear,), ((3, 4.0),)),
+        SolutionStep((1,), (total,), ((0, -1.0), (2, 1.0))),
+    ]
+    assert plan([gear], {2}) == [SolutionStep((3,), (gear,), ((2, 0.25),))]
 
 
 def test_what_is_left_over_must_be_square():

@@ -8,7 +8,7 @@ from math import asin, cos, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.multibody import Actions, Model, Wrench, coordinates
+from flywheel.mechanisms.linkages.multibody import LinkageActions, LinkageModel, Wrench, coordinates
 from flywheel.mechanisms.linkages.positions import solve_over
 from flywheel.scene.linkage import FIXED, FRAME, SLIDE, Joint, Link, Linkage, Point
 from tests.linkages.linkages import CASES, ground, pin, slider_crank
@@ -115,15 +115,17 @@ EXACT = {
 """theta2 and omega2 at times (s), by Taylor series of the same equation at 30 digits."""
 
 
-def prepared(name: str, actions: Actions | None = None) -> tuple[Model, Array]:
+def prepared(name: str, actions: LinkageActions | None = None) -> tuple[LinkageModel, Array]:
     """A machine under loads of every kind, and a closed pose of it."""
     linkage = MACHINES[name]
     last = linkage.links[-1].name
     loads = (Wrench(last, (3.0, lambda t, q, qdot: -2.0 * qdot + t), 1.5, (0.04, -0.03)), Wrench(last, (0.0, 1.0)))
-    result = model_at(linkage, STARTS[name], actions or Actions((0.3, -9.81), lambda t, q, qdot: 4.0 - 0.2 * qdot, loads))
+    result = model_at(
+        linkage, STARTS[name], actions or LinkageActions((0.3, -9.81), lambda t, q, qdot: 4.0 - 0.2 * qdot, loads)
+    )
     return result, result.start
 
 
-def model_at(linkage: Linkage, q: float, actions: Actions) -> Model:
+def model_at(linkage: Linkage, q: float, actions: LinkageActions) -> LinkageModel:
     """A linkage with its pose at the driver's coordinate."""
-    return Model(linkage, actions, coordinates(solve_over(linkage, (linkage.start, q)).poses(q)))
+    return LinkageModel(linkage, actions, coordinates(solve_over(linkage, (linkage.start, q)).poses(q)))

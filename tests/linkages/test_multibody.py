@@ -19,8 +19,8 @@ from flywheel.mechanisms.linkages.multibody import (
     NEWTON,
     REDUCED,
     ROUTES,
-    Actions,
     Closure,
+    LinkageActions,
     UnreachableError,
     Wrench,
     by_multipliers,
@@ -128,7 +128,7 @@ def uniform_four_bar() -> Linkage:
 def test_the_courses_nine_equations_of_motion(phi):
     """Written out as there, body by body; its third angle is psi, where the print repeats phi."""
     linkage = uniform_four_bar()
-    result = model_at(linkage, phi, Actions())
+    result = model_at(linkage, phi, LinkageActions())
     x, g = Closure(result).at(phi)
     state = result.state(x, 7.0 * g)
     matrix, right = system(result, result.forces(0.0, state), state, result.reaction_wrenches(state))
@@ -177,7 +177,7 @@ def test_all_laws_give_the_acceleration_of_the_reduced_equation(name):
 @pytest.mark.parametrize("name", [name for name, linkage in MACHINES.items() if not linkage.couplings])
 def test_reactions_are_those_of_kinetostatics(name):
     """The inverse problem at the acceleration found here gives back the drive and every reaction."""
-    result, _ = prepared(name, Actions((0.3, -9.81), 4.0))
+    result, _ = prepared(name, LinkageActions((0.3, -9.81), 4.0))
     q, speed = STARTS[name], 1.7
     pose, g = Closure(result).at(q)
     state = result.state(pose, g * speed)
@@ -193,7 +193,7 @@ def test_reactions_are_those_of_kinetostatics(name):
 def test_only_the_reduced_inertia_has_to_be_positive():
     """Bodies without mass between heavy ones are no obstacle; a linkage without any mass has no motion."""
     linkage = four_bar()
-    result = model_at(linkage, 1.1, Actions(drive=3.0))
+    result = model_at(linkage, 1.1, LinkageActions(drive=3.0))
     with pytest.raises(UnreachableError, match="an inertia above 0"):
         reduced(result, 0.0, *Closure(result).at(1.1), 1.0)
     result = model_at(
@@ -345,7 +345,7 @@ def test_a_lock_is_named_with_its_angle():
     """By the cosine rule."""
     limit = np.degrees(np.arccos((0.4**2 + 0.3**2 - 0.45**2) / (2 * 0.4 * 0.3)))
     with pytest.raises(UnreachableError) as caught:
-        Closure(model_at(LOCKING, 0.9, Actions())).at(3.0)
+        Closure(model_at(LOCKING, 0.9, LinkageActions())).at(3.0)
     assert caught.value.fault.path == "mechanism.driver"
     assert float(caught.value.fault.defect.split()[-2]) == pytest.approx(limit, abs=1e-3)
 

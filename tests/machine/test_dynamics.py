@@ -11,7 +11,7 @@ import flywheel
 from bondgraph import state_equations
 from flywheel import Machine
 from flywheel.components.motors import DC
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import MachineDynamics
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import Anchor
 from flywheel.numerics import cells
@@ -74,7 +74,7 @@ def test_slopes_are_those_of_the_moment(name):
 def test_the_moment_is_that_of_time_stepping(name):
     moments, omega, unknown, inertia, states = case(name)
     result = moments.rate(omega, unknown, inertia, states)
-    dynamics = Dynamics(moments.machine, inertia, unknown)
+    dynamics = MachineDynamics(moments.machine, inertia, unknown)
     middle = cells.MIDDLE  # where the directions of meshes are decided
     for k in range(0, len(omega), 2):
         phi, anchor = float(moments.mesh.phi[k, middle]), float(moments.mesh.anchor[k, 0])
@@ -168,7 +168,7 @@ def test_an_efficiency_of_next_to_nothing_keeps_its_digits():
 
 
 def dynamics(scene, inertia=1.0, **inputs):
-    return Dynamics(flywheel.Machine(flywheel.load(scene)), inertia, **inputs)
+    return MachineDynamics(flywheel.Machine(flywheel.load(scene)), inertia, **inputs)
 
 
 def geared(efficiency):
@@ -297,7 +297,7 @@ def test_state_equations_of_machines_whose_loads_depend_on_speed_are_those_of_ti
     for phi in (0.4, 2.3, 4.9):
         states = [inertia * omega if str(s).startswith("p_") else ratios[str(s)] * phi for s in equations.states]
         rate = equations.numeric()(t, states)[0] / inertia
-        expected = Dynamics(own, 2.0, 1.3).at(phi, float(own.anchors(phi)), omega, t).acceleration
+        expected = MachineDynamics(own, 2.0, 1.3).at(phi, float(own.anchors(phi)), omega, t).acceleration
         assert rate == pytest.approx(expected, rel=1e-12)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 import flywheel
 from bondgraph.elements import Here
 from flywheel import Machine, SceneError, joint_forces
-from flywheel.machine.dynamics import Dynamics, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, dynamics_of
 from flywheel.motions.motion import speed_at
 from flywheel.regime import joint_friction
 from flywheel.regime.joint_friction import friction_curve, machine_of
@@ -41,7 +41,7 @@ def rough() -> Machine:
 def test_dynamics_take_the_friction_of_rubbing_joints_and_keep_it_when_pickled() -> None:
     machine = flywheel.Machine(flywheel.load(crank_press(0.1)))
     with pytest.raises(TypeError, match="the joints of the machine rub: expected their friction"):
-        Dynamics(machine, 1.0)
+        MachineDynamics(machine, 1.0)
     dynamics = dynamics_of(machine, 1.0)
     again = pickle.loads(pickle.dumps(dynamics))
     before, after = (each.at(0.7, float(machine.anchors(0.7)), W) for each in (dynamics, again))

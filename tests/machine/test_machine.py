@@ -15,7 +15,7 @@ import flywheel
 from bondgraph import Modulus, Reduction
 from bondgraph.elements import Here
 from flywheel.designs import figures as designs
-from flywheel.machine.loads import Effort, Place, Senses, TableCurve, crank_angles
+from flywheel.machine.loads import Effort, EffortPlace, Senses, TableCurve, crank_angles
 from flywheel.machine.machine import dead_centres
 from flywheel.machine.reactions import solution_of
 from flywheel.numerics.expressions import parse
@@ -28,7 +28,7 @@ from tests import regimes, scenes
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TURN = 2 * np.pi
-SHAFT = Place("crank", lambda here: here.q)
+SHAFT = EffortPlace("crank", lambda here: here.q)
 
 
 def at(q):
@@ -87,15 +87,15 @@ def test_the_unknown_is_kept_apart_from_the_rest():
 
 
 def test_crank_angles_of_a_local_angle():
-    place = Place("m.slider", lambda here: here.q, rate=2.0, phase=1.0)
+    place = EffortPlace("m.slider", lambda here: here.q, rate=2.0, phase=1.0)
     result = crank_angles(0.5, TURN, place, TURN)
     assert_allclose((2 * result + 1.0) % TURN, 0.5)
     assert result.size == 2
     assert crank_angles(0.0, TURN, SHAFT, 2 * TURN).tolist() == [0.0, TURN]
 
 
-PORT = Place("m.slider", lambda here: here.q, rate=2.0, rotating=False)
-WHEEL = Place("motor", lambda here: here.q, shaft=True)
+PORT = EffortPlace("m.slider", lambda here: here.q, rate=2.0, rotating=False)
+WHEEL = EffortPlace("motor", lambda here: here.q, shaft=True)
 
 
 def moving(q, speed, flow, time=0.0):

@@ -13,7 +13,7 @@ import pytest
 
 import flywheel
 from bondgraph.recording import source
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import MachineDynamics
 from flywheel.machine.loads import FrictionCurve
 from flywheel.machine.machine import DRIVE, Anchor, circuit_of
 from flywheel.machine.programs import programs_of
@@ -241,7 +241,7 @@ LOSSY = {
 
 
 def test_instants_of_a_machine_with_losses_and_a_circuit_are_those_of_the_walk():
-    dynamics = Dynamics(flywheel.Machine(flywheel.load(LOSSY)), 0.9)
+    dynamics = MachineDynamics(flywheel.Machine(flywheel.load(LOSSY)), 0.9)
     middle = float(dynamics.machine.anchors(4.0))
     walked = [dynamics.at(phi, middle, 20.0, states=(30.0,)) for phi in (3.9, 4.2)]
     for _ in range(9):

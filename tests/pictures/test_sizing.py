@@ -27,7 +27,7 @@ from flywheel.page import data as page_data
 from flywheel.pictures import form, forms
 from flywheel.pictures import sizing as plots
 from flywheel.pictures.animation import Timing, timing
-from flywheel.pictures.diagrams import DIAGRAMS, Kind
+from flywheel.pictures.diagrams import DIAGRAMS, DiagramKind
 from flywheel.pictures.figures import BLUE, PURPLE
 from flywheel.pictures.forms import Diagram, DiagramCurve, DiagramData, DiagramRow, ExtremeMark, along_motion, part_of
 from flywheel.pictures.kinematics import draw_reduction, draw_transient, plot_transient
@@ -782,7 +782,7 @@ def test_a_new_diagram_is_one_maker(monkeypatch: pytest.MonkeyPatch) -> None:
         )
         return Diagram({"energy": values}, "Kinetic energy", "its course", (row,))
 
-    kind = Kind(lambda: "Energy", energy, 0, ("energy",))
+    kind = DiagramKind(lambda: "Energy", energy, 0, ("energy",))
     monkeypatch.setitem(DIAGRAMS, "energy", kind)
     monkeypatch.setattr(page_data, "PANELS", ("mechanism", *DIAGRAMS))
     answer = page_data.answer(sized(press()), {"panels": ["energy"]})

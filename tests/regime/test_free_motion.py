@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from bondgraph.motion.stepping import Step
 from flywheel import Machine, transient
-from flywheel.machine.dynamics import Dynamics, Start, later, source
+from flywheel.machine.dynamics import MachineDynamics, Start, later, source
 from flywheel.numerics.budget import counted
 from flywheel.regime.branch import Outcome, outcome_of
 from flywheel.regime.free_motion import Goal, SwitchingTimes, follow, returns
@@ -52,7 +52,7 @@ def test_a_motion_that_both_sides_of_a_switch_hold_is_refused():
 
 
 def test_a_goal_of_its_own_ends_a_motion():
-    dynamics = Dynamics(flywheel.Machine(rotor(drive={"torque": 6})), 0.0)
+    dynamics = MachineDynamics(flywheel.Machine(rotor(drive={"torque": 6})), 0.0)
     trail = follow(dynamics, Start(0.0, 0.0), 10.0, 1e-10, [Goal("far", lambda t, phi, omega: 13.5 - phi)])
     assert (trail.goal, trail.t[-1]) == ("far", pytest.approx(3.0, rel=1e-10))
     assert trail.cycles == 2
@@ -60,7 +60,7 @@ def test_a_goal_of_its_own_ends_a_motion():
 
 
 def test_the_end_of_every_cycle_is_asked():
-    dynamics = Dynamics(flywheel.Machine(rotor(drive={"torque": 0})), 1.0)
+    dynamics = MachineDynamics(flywheel.Machine(rotor(drive={"torque": 0})), 1.0)
     seen = []
 
     def passing(t, omega):
@@ -180,7 +180,7 @@ def yoke(**more):
 
 
 def followed(until, goals=(), passing=None, **more):
-    return follow(Dynamics(yoke(**more), 0.0), Start(0.0, 10.0), until, 1e-9, goals, passing)
+    return follow(MachineDynamics(yoke(**more), 0.0), Start(0.0, 10.0), until, 1e-9, goals, passing)
 
 
 @pytest.mark.parametrize(

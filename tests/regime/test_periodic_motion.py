@@ -15,7 +15,7 @@ import flywheel
 from bondgraph.motion.runge_kutta import Implicit, RateField, decay
 from bondgraph.motion.stepping import Events, Piece, Tolerance, through
 from flywheel import Machine
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import MachineDynamics
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
@@ -86,7 +86,7 @@ def test_the_multiplier_is_what_a_cycle_leaves_of_a_change_in_a_run(name, inerti
     sizing = flywheel.size(
         flywheel.load(regimes.scene(name, inertia=inertia / _ratio(name) ** 2)), rtol=1e-11, simulate=False
     )
-    dynamics = Dynamics(sizing.machine, inertia)
+    dynamics = MachineDynamics(sizing.machine, inertia)
     start = sizing.run.cycle.inertia_at_start + inertia
     speed = np.sqrt(sizing.speed**2 + 2 * sizing.run.offset / start)
     change = 2e-5 * speed
@@ -832,7 +832,7 @@ def cycle_of(name: str, inertia: float, *, scale: float = 1.0) -> tuple[Machine,
     [result] = [item for item in regimes.figures(name)["analysis"].values() if float(item["inertia"]) == inertia]
     speed, start = float(result["speed"]), float(result["speed_at_zero"])
     balance = float(result["balance"]) if result["balance"] is not None else 0.0
-    dynamics = Dynamics(machine, inertia * machine.scene.flywheel_ratio**2, balance)
+    dynamics = MachineDynamics(machine, inertia * machine.scene.flywheel_ratio**2, balance)
     u = (start / speed - 1) / scale
     steps = one_cycle(dynamics, speed, scale, np.array([0.0, u]), 1e-12)
     return machine, speed, steps, u
@@ -866,7 +866,7 @@ def test_a_motion_along_a_jump_is_told_apart():
         "flywheel": {"inertia": 2.0},
         "regime": {"speed": 10},
     }
-    dynamics = Dynamics(Machine(flywheel.load(rotor)), 2.0)
+    dynamics = MachineDynamics(Machine(flywheel.load(rotor)), 2.0)
     with pytest.raises(SlidingError):
         one_cycle(dynamics, 10.0, 1.0, np.array([0.0, 0.0]), 1e-10)
 
@@ -897,7 +897,7 @@ def test_a_steep_drive_is_stepped_in_few_steps_and_keeps_its_digits(gain):
     """Up to 6e7 time constants a cycle, and a drive whose torque of 1e7 N m leaves but 100 N m."""
     machine, v = governed(gain, 0.01)
     scale = 0.1 * float(np.ptp(v))
-    steps = one_cycle(Dynamics(machine, 0.0), 10.0, scale, np.array([0.0, v[0] / (10 * scale)]), 3e-14)
+    steps = one_cycle(MachineDynamics(machine, 0.0), 10.0, scale, np.array([0.0, v[0] / (10 * scale)]), 3e-14)
     result = np.concatenate([step.dense(np.linspace(step.start, step.end, 9)) for step in steps], axis=1)
     series = np.fft.fft(v) / 128
     exact = (series * np.exp(1j * np.outer(result[0], np.fft.fftfreq(128, 1 / 128)))).sum(axis=1).real

@@ -263,7 +263,7 @@ def test_a_solution_over_a_wide_place_holds_those_at_its_ends() -> None:
     def square(z: Any, x: Any) -> Any:
         return (z * z - x,)
 
-    root = implicit.Implicit(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    root = implicit.ImplicitEquations(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     with balls.precision(96, 2):
         value, rate, slope = root(flint.arb(2.5, 0.3))
         for x in (flint.arb("2.2"), flint.arb("2.8")):
@@ -278,7 +278,7 @@ def test_slopes_of_a_solution_follow_its_place_and_its_numbers() -> None:
     def sides(z: Any, x: Any, p: Any) -> Any:
         return (z * z - p * x,)  # z = sqrt(p x)
 
-    root = implicit.Implicit(sides, lambda z, x, p: (z * z - p * x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    root = implicit.ImplicitEquations(sides, lambda z, x, p: (z * z - p * x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     two = flint.arb(2)
     with balls.precision(96, 2):
         value, rate, slope = root(Jet(two, flint.arb(3)), flint.arb(1))  # x rises by 3
@@ -493,7 +493,7 @@ def test_two_lobes_that_differ_in_the_tenth_digit() -> None:
 
     with balls.precision(96, 14):
         cells = balls.models([lobes], [flint.arb(0), flint.arb.pi() * 2], 14, [1.0, 1.0], 1e-20)
-        curves = [balls.Curve(c.low - c.middle, c.high - c.middle, *c.polynomials) for c in cells]
+        curves = [balls.BallCurve(c.low - c.middle, c.high - c.middle, *c.polynomials) for c in cells]
         low, high = balls.ends(balls.greatest(curves, 1e-18))
     lowest = 1.0 + 1e-10 * math.sin(math.pi / 4)  # the other lobe is as much below 1
     assert low <= lowest + 1e-19
@@ -742,7 +742,7 @@ def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: 
         edges = [arb(k) * 2 * arb.pi() / cells for k in range(cells + 1)]
         middles = [((low + high) / 2).mid() for low, high in pairwise(edges)]
         places = [
-            balls.Place(low, high, middle, law(middle), law(middle), law(low.union(high)))
+            balls.BallPlace(low, high, middle, law(middle), law(middle), law(low.union(high)))
             for (low, high), middle in zip(pairwise(edges), middles, strict=True)
         ]
         orbit = balls.periodic(places, order, 1e-12, [balls.line(0, 0)] * cells)
@@ -765,7 +765,7 @@ def test_a_machine_even_enough_without_a_flywheel_is_proven_to_need_none() -> No
 def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
     rising = {"load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "0.5*omega**2"}]}
     scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
-    found = proof.proven(scene, proof.Motion(3.0, 0.0, 10.0, 0.1))
+    found = proof.proven(scene, proof.NearMotion(3.0, 0.0, 10.0, 0.1))
     assert (found.figures, found.reason) == ({}, "a steady motion that is stable")
 
 
@@ -864,7 +864,7 @@ def test_the_least_of_a_function_whose_minimum_is_flat_is_enclosed() -> None:
     flint = extra("flint")
     with balls.precision(128, 24):
         flat = flint.arb_poly([flint.arb("0.3"), 1]) ** 4 * flint.arb_poly([2, flint.arb("0.7"), 1, -1])
-        curve = balls.Curve(flint.arb(-1), flint.arb(1), -flat, -flat.derivative())
+        curve = balls.BallCurve(flint.arb(-1), flint.arb(1), -flat, -flat.derivative())
         greatest = balls.greatest([curve], 1e-24)
     assert greatest.contains(0)
     assert float(greatest.rad()) < 1e-23
@@ -874,7 +874,7 @@ def test_the_least_of_a_function_whose_minimum_is_flat_is_enclosed() -> None:
 def test_a_function_of_which_a_part_is_not_finite_has_no_greatest_value(order: int) -> None:
     flint = extra("flint")
     curves = [
-        balls.Curve(flint.arb(-1), flint.arb(1), flint.arb_poly([own, 1]), flint.arb_poly([own])) for own in (1, "nan")
+        balls.BallCurve(flint.arb(-1), flint.arb(1), flint.arb_poly([own, 1]), flint.arb_poly([own])) for own in (1, "nan")
     ]
     with pytest.raises(balls.UnprovenError, match="an extreme that stays open"):
         balls.greatest(curves[::order], 1e-3)
@@ -886,7 +886,7 @@ def test_a_number_with_roundings_is_no_multiple_of_pi_for_its_size(number: float
         balls.constant(number)
 
 
-NEAR = enclosures.Motion(3.0, 0.0, 10.33341290682974, 0.08)
+NEAR = enclosures.NearMotion(3.0, 0.0, 10.33341290682974, 0.08)
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,8 @@ from flywheel.study.tradeoff import (
     OUT_OF_TIME,
     Method,
     MethodRow,
+    MethodRun,
     OutOfTimeError,
-    Run,
     limited,
 )
 from tests.extras import extra
@@ -159,7 +159,7 @@ def choice(monkeypatch, **times):
 
     def measured(result, budget, progress, spent):
         by_name = {own.name: own for own in result}
-        runs = [Run(by_name[names[key]], "done", TRUE * (1 + 1e-8), (seconds,)) for key, seconds in times.items()]
+        runs = [MethodRun(by_name[names[key]], "done", TRUE * (1 + 1e-8), (seconds,)) for key, seconds in times.items()]
         return runs, False, 0.0
 
     monkeypatch.setattr(tradeoff, "measured", measured)
@@ -399,13 +399,13 @@ def test_progress_is_told_before_each():
 
 
 def timed(times, answer=lambda: 1.0):
-    return Run(method(answer), DONE, 1.0, times)
+    return MethodRun(method(answer), DONE, 1.0, times)
 
 
 def test_those_near_the_fastest_are_run_again_in_turns():
     order = []
     fast, near = timed((1e-3,), lambda: order.append("fast") or 1.0), timed((1.5e-3,), lambda: order.append("near") or 1.0)
-    result, stopped = tradeoff.decided([fast, near, timed((0.5,)), Run(method(endless), LEFT)])
+    result, stopped = tradeoff.decided([fast, near, timed((0.5,)), MethodRun(method(endless), LEFT)])
     assert not stopped
     assert order == ["fast", "near"] * (len(order) // 2)
     assert [len(run.times) for run in result] == [len(order) // 2] * 2

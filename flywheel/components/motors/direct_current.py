@@ -26,7 +26,7 @@ from flywheel.components.motors.motor import (
     GraphState,
     Motor,
     Point,
-    Shaft,
+    ShaftMotion,
     Slopes,
     Span,
     StateName,
@@ -152,7 +152,7 @@ class DC(Motor):
         own = running.resistance if isinstance(running, DC) else self.resistance
         return own * current * current, (self.resistance - own) * current * current
 
-    def heats(self, shaft: Shaft) -> dict[str, Any]:
+    def heats(self, shaft: ShaftMotion) -> dict[str, Any]:
         """Current and heat of the armature: the mean of R i²."""
 
         def current(mesh: Cells, omega: Array) -> Array:
@@ -588,7 +588,7 @@ class Servo(Motor):
         """Losses on the continuous curve, W."""
         return self.losses
 
-    def heats(self, shaft: Shaft) -> dict[str, Any]:
+    def heats(self, shaft: ShaftMotion) -> dict[str, Any]:
         """The mean of the losses over time; the current by its torque where the torque constant is known."""
 
         def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:

@@ -16,7 +16,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.components.energy import Energy
-from flywheel.components.motors.motor import Array, Fact, Motor, Point, Shaft, Span, States, figure_and_error, wrong_numbers
+from flywheel.components.motors.motor import (
+    Array,
+    Fact,
+    Motor,
+    Point,
+    ShaftMotion,
+    Span,
+    States,
+    figure_and_error,
+    wrong_numbers,
+)
 from flywheel.language import text as _
 from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled
@@ -497,7 +507,7 @@ class Induction(Motor):
         heat, added = torque * self.slip_speed(omega), self.added_resistance
         return heat / (1.0 + added), heat * added / (1.0 + added)
 
-    def heats(self, shaft: Shaft) -> dict[str, Any]:
+    def heats(self, shaft: ShaftMotion) -> dict[str, Any]:
         """Heat of the rotor, the mean of T (omega_s - omega) over time; current and copper heat of the stator by the plate.
 
         The stator's heat over that at the rated point is the mean of (I/I_n)².

@@ -44,7 +44,7 @@ Law = Callable[[Cells, Array], tuple[Array, Array]]
 """A figure along a motion, by a mesh and the crank's speed at its nodes; and the size of its slope by that speed."""
 
 
-class Shaft(Protocol):
+class ShaftMotion(Protocol):
     """A motor's shaft along a steady motion, as in `MotorShaft` of `sizing`: `ratio` is its speed over the crank's.
 
     `has_states` is true if the motor's own states were followed, `states_error` is the greatest error of one.
@@ -556,7 +556,7 @@ class Motor(ABC):
         """The same over that at the rated point."""
         return np.asarray(self.total_heat(omega, states) / self.rated_total_heat)
 
-    def heats(self, shaft: Shaft) -> dict[str, Any]:
+    def heats(self, shaft: ShaftMotion) -> dict[str, Any]:
         """Current and heat along a motion as figures of `Energy`, with their relative `errors`; empty without data."""
         return {}
 

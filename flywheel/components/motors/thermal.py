@@ -126,7 +126,7 @@ def thermal(
     return model
 
 
-class Course(NamedTuple):
+class TemperatureCourse(NamedTuple):
     """The rise over a sequence repeated indefinitely: K at the ends of its stretches, the greatest and its time (s).
 
     `ends` begins with the rise at the sequence's beginning.
@@ -137,7 +137,7 @@ class Course(NamedTuple):
     time: float
 
 
-def course(data: Thermal, sequence: Iterable[Losses]) -> Course:
+def course(data: Thermal, sequence: Iterable[Losses]) -> TemperatureCourse:
     """The rise over a sequence of losses repeated indefinitely.
 
     Each part is linear in its initial value, x_1 = D x_0 + E, so that x_0 = E/(1 - D) repeats.
@@ -168,7 +168,7 @@ def course(data: Thermal, sequence: Iterable[Losses]) -> Course:
         ends.append(sum(parts))
         if ends[-1] > greatest:
             greatest, at = ends[-1], clock
-    return Course(tuple(ends), greatest, at)
+    return TemperatureCourse(tuple(ends), greatest, at)
 
 
 class Peak(NamedTuple):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.components.motors.induction import BARE, MOST_SLIP, Induction
-from flywheel.components.motors.motor import Array, Circuit, Inverter, Motor, Shaft, Slopes, StateName, States
+from flywheel.components.motors.motor import Array, Circuit, Inverter, Motor, ShaftMotion, Slopes, StateName, States
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Cells
 from flywheel.numerics.expressions import Expression, compiled, expression_of, parse
@@ -319,7 +319,7 @@ class TwoAxisInduction(Induction):
         own = states if len(states) else self.circuit.steady(omega)
         return self.circuit.rotor_heat(own) + self.circuit.stator_heat(own)
 
-    def heats(self, shaft: Shaft) -> dict[str, Any]:
+    def heats(self, shaft: ShaftMotion) -> dict[str, Any]:
         """Line current and heats of rotor and stator by the fluxes where these are states of the motion.
 
         Errors of the fluxes of at most e each change a heat Q by 2 sqrt(3/2 r Q) k e, with k e the error of a current.

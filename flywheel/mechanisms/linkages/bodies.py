@@ -51,7 +51,7 @@ class Wrench(NamedTuple):
     at: str | tuple[float, float] | None = None
 
 
-class Actions(NamedTuple):
+class LinkageActions(NamedTuple):
     """Loads of a linkage: gravity (m/s²), the driver's torque (N m) or force (N), wrenches on bodies."""
 
     gravity: tuple[float, float] = (0.0, 0.0)
@@ -59,7 +59,7 @@ class Actions(NamedTuple):
     wrenches: tuple[Wrench, ...] = ()
 
 
-class State(NamedTuple):
+class LinkageState(NamedTuple):
     """A linkage at coordinates x and velocities v, shape (3 moving bodies,), or at many at once, shape (n, 3 bodies).
 
     Of many states everything has an additional first axis. value: residual of the closure equations Phi(x) (m or rad), shape
@@ -91,7 +91,7 @@ class UnreachableError(ValueError):
         super().__init__(str(fault))
 
 
-class Model:
+class LinkageModel:
     """A linkage with its actions, prepared for the routes at a closed pose `start` of coordinates x, shape (3 bodies,).
 
     masses: m, m, J of every moving body, shape (3 bodies,); scale: size of each coordinate, the linkage's largest length (m)
@@ -103,7 +103,7 @@ class Model:
     body's angle less the first's. The direction e is fixed, or turns with the first body.
     """
 
-    def __init__(self, linkage: Linkage, actions: Actions, start: Array) -> None:
+    def __init__(self, linkage: Linkage, actions: LinkageActions, start: Array) -> None:
         self.linkage, self.actions, self.start = linkage, actions, start
         self.masses = np.array(
             [part for link in linkage.links for part in (link.mass, link.mass, link.inertia)], dtype=float
@@ -167,7 +167,7 @@ class Model:
         jacobian = self.state(start, np.zeros_like(start)).jacobian
         self.redundant = bool(np.linalg.matrix_rank(jacobian, rtol=RANK) < len(jacobian))
 
-    def state(self, x: Array, v: Array | None = None) -> State:
+    def state(self, x: Array, v: Array | None = None) -> LinkageState:
         """The closure equations and the driver's coordinate at x with velocities v (none if None), of one pose or of many.
 
         With arms a1, a2, directions e and gap d = x2 + a2 - x1 - a1 as complex numbers, e · d = Re(e* d) has the gradient
@@ -202,7 +202,7 @@ class Model:
             gradient[..., k, :] -= slope[..., None] * gradient[..., first_one, :]
         count, driver = self.closures, self.closures + len(self.linkage.couplings)
         along = gradient[..., driver, :]
-        return State(
+        return LinkageState(
             x=x,
             v=v,
             value=value[..., :count],
@@ -245,14 +245,14 @@ class Model:
             amounts[k] = law(t, q, qdot)
         return amounts
 
-    def forces(self, t: Any, state: State) -> Array:
+    def forces(self, t: Any, state: LinkageState) -> Array:
         """Generalised forces of gravity, drive and wrenches on every coordinate, shape (3 moving bodies,)."""
         if state.x.ndim == 1:
             return self.forces_by(state, self.amounts(t, float(state.q), float(state.qdot)))
         instants = zip(t.tolist(), state.q.tolist(), state.qdot.tolist(), strict=True)
         return self.forces_by(state, np.array([self.amounts(*one) for one in instants]))
 
-    def forces_by(self, state: State, amounts: Array) -> Array:
+    def forces_by(self, state: LinkageState, amounts: Array) -> Array:
         """The same by the values of all laws; with a further axis for many states, also of the values."""
         total = self.weights + amounts[..., :1] * state.along
         for j, (k, arm) in enumerate(self.loads):
@@ -263,7 +263,7 @@ class Model:
             total[..., 3 * k - 1] += ((state.turns[..., k - 1] * arm).conjugate() * force).imag + parts[..., 2]
         return np.asarray(total)
 
-    def load_columns(self, state: State) -> Array:
+    def load_columns(self, state: LinkageState) -> Array:
         """Forces of all that is constant, then of a unit of every law that varies: (n, 3 bodies, columns)."""
         constant = self.forces_by(state, np.tile(self.constant, (len(state.x), 1)))
         units = [np.tile(np.arange(self.constant.size) == k, (len(state.x), 1)) for k, _ in self.varying]
@@ -273,7 +273,7 @@ class Model:
         """Factors of the columns: 1, then the value of every law that varies."""
         return [1.0, *[law(t, q, qdot) for _, law in self.varying]]
 
-    def reaction_wrenches(self, state: State) -> Array:
+    def reaction_wrenches(self, state: LinkageState) -> Array:
         """Effect of a unit of every reaction on every coordinate, from free bodies, shape (3 bodies, equations).
 
         A force f at the joint's point p acts on the second body as f and (p - c) × f about its centre c, on the first as
@@ -313,7 +313,7 @@ class Model:
         solution = "a position where joints or masses leave the motion open"
         raise UnreachableError(Fault(self.linkage.path, solution, "a motion that is determined", "end before it"))
 
-    def driven(self, state: State, row: Array, right: Array, last: Array | float) -> Array:
+    def driven(self, state: LinkageState, row: Array, right: Array, last: Array | float) -> Array:
         """The change of all coordinates with Phi_x d = right, row · d = last."""
         matrix = np.concatenate((state.jacobian, row[..., None, :]), axis=-2)
         rates = np.empty(matrix.shape[:-1])
@@ -322,11 +322,11 @@ class Model:
             return self.solved(matrix, rates)
         return self.solved(matrix, rates[..., None])[..., 0]
 
-    def influence(self, state: State, row: Array) -> Array:
+    def influence(self, state: LinkageState, row: Array) -> Array:
         """The change of all coordinates that keeps the closures and makes `row` 1: Phi_x g = 0, row · g = 1."""
         return self.driven(state, row, np.zeros(state.value.shape), 1.0)
 
-    def margin(self, state: State, row: Array) -> Any:
+    def margin(self, state: LinkageState, row: Array) -> Any:
         """Distance of the closures from a lock or branch, with one more row along the motion.
 
         The smallest singular value of both, of rows of length 1.
@@ -335,7 +335,7 @@ class Model:
         rows /= np.sqrt((rows * rows).sum(axis=-1, keepdims=True))
         return np.linalg.svd(rows, compute_uv=False)[..., -1]
 
-    def sense(self, state: State, row: Array) -> Any:
+    def sense(self, state: LinkageState, row: Array) -> Any:
         """Sign of the determinant of the same rows, which changes where assemblies meet.
 
         It is 0 if redundant closures leave no square matrix.
@@ -416,7 +416,7 @@ class Closure:
     doubled after.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: LinkageModel) -> None:
         self.model, self.x = model, model.start
         state = model.state(self.x)
         self.q, self.g = float(state.q), model.influence(state, state.along)
@@ -452,7 +452,7 @@ class Closure:
             step *= 2.0
         return self.x, self.g
 
-    def _corrected(self, q: float) -> State | None:
+    def _corrected(self, q: float) -> LinkageState | None:
         """The pose at q from the tangent at the last one; None if corrections do not shrink fast enough."""
         model = self.model
         ahead = self.g * (q - self.q)
@@ -496,7 +496,7 @@ class Interpolant:
     halved otherwise; in the smallest cells (towards a lock, at a cam's break) every position is computed separately.
     """
 
-    def __init__(self, model: Model, quantity: Callable[[Model, State], ScaledValues]) -> None:
+    def __init__(self, model: LinkageModel, quantity: Callable[[LinkageModel, LinkageState], ScaledValues]) -> None:
         self.model, self.closure, self.quantity = model, Closure(model), quantity
         self.width = 2 * np.pi / _CELLS * model.unit
         self.origin = self.closure.q - 0.5 * self.width
@@ -519,7 +519,7 @@ class Interpolant:
             return np.asarray(values[0])
         return np.asarray(self._basis(q) @ self.series[:, self.model.masses.size :])
 
-    def states(self, q: Array, qdot: Array) -> State:
+    def states(self, q: Array, qdot: Array) -> LinkageState:
         """All bodies at many coordinates and rates of the driver, poses closed to rounding."""
         model, x = self.model, np.empty((q.size, self.model.masses.size))
         for k, place in enumerate(q.tolist()):
@@ -623,7 +623,7 @@ class Interpolant:
 # -- equations of motion as one linear system ------------------------------------------------------------------------------
 
 
-def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[Array, Array]:
+def system(model: LinkageModel, forces: Array, state: LinkageState, wrenches: Array) -> tuple[Array, Array]:
     """Matrix and right side of [[M, -B], [Phi_x, 0]] (a, R) = (Q, gamma), of one state or of many.
 
     For the four-bar 9 accelerations and 8 reactions: 17 equations for 17 unknowns.
@@ -636,7 +636,7 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
     return matrix, np.concatenate((forces, state.gamma), axis=-1)
 
 
-def acceleration_sizes(model: Model, right: Array, solution: Array) -> Array:
+def acceleration_sizes(model: LinkageModel, right: Array, solution: Array) -> Array:
     """Scales of the rounding errors of the driver's acceleration, for every column of right sides (n, equations, c).
 
     Those of all bodies, with joints and without; the driver's own may be zero.
@@ -647,7 +647,7 @@ def acceleration_sizes(model: Model, right: Array, solution: Array) -> Array:
     return np.asarray(model.unit * np.maximum(every.max(axis=1), bends).max(axis=0))
 
 
-def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> tuple[Array, Array]:
+def accelerations(model: LinkageModel, t: Any, state: LinkageState, wrenches: Array) -> tuple[Array, Array]:
     """Accelerations of every coordinate, shape (3 bodies,), and reactions, (equations,), by wrenches of unit reactions."""
     matrix, right = system(model, model.forces(t, state), state, wrenches)
     solution = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
@@ -659,7 +659,7 @@ _LOST = 1e-9  # of the length: greatest gap of a closure after all corrections
 _CORRECTIONS = 4
 
 
-def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
+def projection(model: LinkageModel, x: Array, v: Array) -> tuple[LinkageState, float]:
     """The state nearest in the kinetic measure d^T M d that fulfils Phi = 0 and Phi_x v = 0, and |Phi| before (m or rad).
 
     Raises:
@@ -670,12 +670,12 @@ def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
     """
     n = x.size
 
-    def least(state: State, rates: Array) -> Array:
+    def least(state: LinkageState, rates: Array) -> Array:
         """The change d of least d^T M d with Phi_x d = wanted."""
         change = state._replace(gamma=rates)
         return model.solved(*system(model, np.zeros(n), change, -state.jacobian.T))[:n]
 
-    def gap(state: State) -> float:
+    def gap(state: LinkageState) -> float:
         return float(np.abs(state.value).max(initial=0.0))
 
     state = model.state(x, v)
@@ -811,7 +811,7 @@ def integrate(
     return AcceptedSteps(guarded, np.array(s), np.array(states), evaluations, kept)
 
 
-class Solution(NamedTuple):
+class LinkageMotion(NamedTuple):
     """A motion: times, all bodies there, work done since the start (J; None on the energy route), evaluations.
 
     drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; reactions: in the order of the
@@ -820,7 +820,7 @@ class Solution(NamedTuple):
     """
 
     t: Array
-    states: State
+    states: LinkageState
     work: Array | None
     evaluations: int
     drift: float

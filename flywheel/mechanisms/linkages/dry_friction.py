@@ -23,10 +23,10 @@ from flywheel.mechanisms.linkages.bodies import (
     AcceptedSteps,
     Closure,
     Interpolant,
-    Model,
+    LinkageModel,
+    LinkageMotion,
+    LinkageState,
     ScaledValues,
-    Solution,
-    State,
     UnreachableError,
     acceleration_sizes,
     components,
@@ -52,7 +52,7 @@ _MOST_PIECES = 20_000
 _AGAINST = "friction that locks the mechanism"
 
 
-class Mode(NamedTuple):
+class FrictionMode(NamedTuple):
     """Sense of motion of a linkage with friction: forwards (1), backwards (-1), or at rest (0).
 
     factors: of the passive actions' sizes, with the sign against each joint's motion; bearing: sign of each normal force,
@@ -86,7 +86,7 @@ class Resistances:
     the slip it opposes, -1 for the share due to a tooth's inclined flank; single: follows one normal force.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: LinkageModel) -> None:
         self.model, linkage = model, model.linkage
         index = {pair: k for k, pair in enumerate(components(linkage))}
         names, factors, slips = list[str](), list[float](), list[int]()
@@ -135,7 +135,7 @@ class Resistances:
         if faults:
             raise SceneError(faults)
 
-    def wrenches(self, state: State, reactions: Array) -> tuple[Array, Array]:
+    def wrenches(self, state: LinkageState, reactions: Array) -> tuple[Array, Array]:
         """Wrenches of unit reactions, those of couplings replaced by their contact forces, and of unit passive actions.
 
         For many states; shapes (n, 3 bodies, reactions) and (n, 3 bodies, p).
@@ -166,12 +166,12 @@ class Resistances:
                     columns.append(sides[1])
         return reactions, np.stack(columns, axis=-1)
 
-    def mode(self, sense: float, slips: Array) -> Mode:
+    def mode(self, sense: float, slips: Array) -> FrictionMode:
         """A motion with the slips' signs in its sense; the normals' signs are still open."""
         signs = np.where(self.slips >= 0, sense * slips[self.slips], 1.0)
-        return Mode(sense, -self.factors * signs, np.ones(len(self.names)))
+        return FrictionMode(sense, -self.factors * signs, np.ones(len(self.names)))
 
-    def settled(self, mode: Mode, instant: UnitResponses, q: float) -> tuple[Mode, Array]:
+    def settled(self, mode: FrictionMode, instant: UnitResponses, q: float) -> tuple[FrictionMode, Array]:
         """The mode with the signs of the normals at an instant, and the passive actions' sizes."""
         pull = instant.response * mode.factors
         friction = friction_sizes(instant.free[None], pull[None])
@@ -181,7 +181,7 @@ class Resistances:
         bearing = np.where(self.single & (parts[:, 0] < 0.0), -1.0, 1.0)
         return mode._replace(bearing=bearing), bearing * friction.sizes[0]
 
-    def sizes(self, mode: Mode, instant: UnitResponses, q: float) -> Array:
+    def sizes(self, mode: FrictionMode, instant: UnitResponses, q: float) -> Array:
         """Sizes of the passive actions, signs of the normals being kept."""
         pull = (instant.response * mode.factors)[None]
         sizes, matrix = continued_sizes(instant.free[None], pull, ~self.single, mode.bearing[None], start=self.near)
@@ -202,12 +202,12 @@ class Resistances:
 class RoughByDriver:
     """Newton's law with friction over the driver's coordinate: y = q, qdot, work of the loads, work of each resistance."""
 
-    def __init__(self, model: Model, resistances: Resistances) -> None:
+    def __init__(self, model: LinkageModel, resistances: Resistances) -> None:
         self.model, self.rub = model, resistances
         self.interpolant = Interpolant(model, self._columns)
         self.count, self.loads = len(resistances.names), 1 + len(model.varying)
 
-    def _columns(self, model: Model, state: State) -> ScaledValues:
+    def _columns(self, model: LinkageModel, state: LinkageState) -> ScaledValues:
         """Slips and passive actions' power by unit speed, M* by loads, then acceleration and sized forces by each column."""
         columns, n = model.load_columns(state), model.masses.size
         reactions, pushes = self.rub.wrenches(state, model.reaction_wrenches(state))
@@ -276,11 +276,11 @@ class RoughByDriver:
         """The state at rest."""
         return np.array((y[0], 0.0, *y[2:]))
 
-    def states(self, y: Array) -> State:
+    def states(self, y: Array) -> LinkageState:
         """All bodies at many states y, shape (n, 3 + p)."""
         return self.interpolant.states(y[:, 0], y[:, 1])
 
-    def wrenches(self, state: State) -> Array:
+    def wrenches(self, state: LinkageState) -> Array:
         """The wrenches of unit reactions."""
         return self.model.reaction_wrenches(state)
 
@@ -291,7 +291,7 @@ class RoughInAllCoordinates:
     Forwards is along the tangent of the motion, which turns with the bodies, not with the driver.
     """
 
-    def __init__(self, model: Model, resistances: Resistances, x: Array, g: Array) -> None:
+    def __init__(self, model: LinkageModel, resistances: Resistances, x: Array, g: Array) -> None:
         self.model, self.rub, self.n = model, resistances, x.size
         self.last, self.tangent = model.state(x, g), g / model.scale**2
         self.drifts = [0.0]
@@ -304,7 +304,7 @@ class RoughInAllCoordinates:
         parts: list[Any] = [
             [part[None] for part in one] if isinstance(one, list) else np.asarray(one)[None] for one in state
         ]
-        reactions, pushes = self.rub.wrenches(State(*parts), state.jacobian.T[None])
+        reactions, pushes = self.rub.wrenches(LinkageState(*parts), state.jacobian.T[None])
         matrix, first = system(model, forces, state, reactions[0])
         right = np.zeros((first.size, 1 + pushes.shape[2]))
         right[:, 0], right[:n, 1:] = first, pushes[0]
@@ -357,11 +357,11 @@ class RoughInAllCoordinates:
         self.last, self.tangent = state, model.influence(state, self.tangent) / model.scale**2
         return np.concatenate((state.x, state.v, y[2 * n :]))
 
-    def states(self, y: Array) -> State:
+    def states(self, y: Array) -> LinkageState:
         """All bodies at many states y, shape (times, 2 n + 1 + p)."""
         return self.model.state(y[:, : self.n], y[:, self.n : 2 * self.n])
 
-    def wrenches(self, state: State) -> Array:
+    def wrenches(self, state: LinkageState) -> Array:
         """The wrenches of unit reactions."""
         return np.swapaxes(state.jacobian, -1, -2)
 
@@ -381,7 +381,7 @@ class RoughMotion:
 
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
         self.motion, self.rub = motion, rub
-        self.parts: list[tuple[AcceptedSteps, Mode]] = []
+        self.parts: list[tuple[AcceptedSteps, FrictionMode]] = []
         self.messages: list[str] = []
         self.lock = ""  # what locks the machine at the standstill looked at last
         self.released = 0.0  # the direction in which it leaves the standstill that ends now
@@ -418,7 +418,7 @@ class RoughMotion:
         """The accelerations with which motions forwards and backwards would begin at y, by time; 0 if friction locks."""
         place, modes = self.motion.place(y), [self.rub.mode(sense, self.signs(y, sense)) for sense in (1.0, -1.0)]
 
-        def sets_out(mode: Mode, instant: UnitResponses) -> float:
+        def sets_out(mode: FrictionMode, instant: UnitResponses) -> float:
             try:
                 mode, sizes = self.rub.settled(mode, instant, place)
             except UnreachableError as error:
@@ -437,13 +437,13 @@ class RoughMotion:
 
         return at
 
-    def start(self, t: float, y: Array) -> tuple[Mode, Array]:
+    def start(self, t: float, y: Array) -> tuple[FrictionMode, Array]:
         """The mode that begins at an instant, its sense 0 at a standstill, and the signs of the slips."""
         sense, place = float(np.sign(self.motion.speed(y))), self.motion.place(y)
         if not sense:
             sense, self.released = self.released or standstill.direction(*self.leaving(y)(t)), 0.0
             if not sense:
-                return Mode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
+                return FrictionMode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
         signs = self.signs(y, sense)
         return self.rub.settled(self.rub.mode(sense, signs), self.motion.instant(t, y), place)[0], signs
 
@@ -455,7 +455,7 @@ class RoughMotion:
         return AcceptedSteps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
 
     def moved(
-        self, t: float, y: Array, mode: Mode, signs: Array, until: float, rtol: float, atol: Array
+        self, t: float, y: Array, mode: FrictionMode, signs: Array, until: float, rtol: float, atol: Array
     ) -> tuple[AcceptedSteps, bool]:
         """A piece; true if the machine stops at its end."""
         motion, rub, stopped = self.motion, self.rub, False
@@ -520,7 +520,7 @@ class RoughMotion:
         return self.parts[max(int(np.searchsorted(begins, t, side="right")) - 1, 0)][0].at(t)
 
 
-def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float, newton: bool) -> Solution:
+def with_friction(model: LinkageModel, q: float, qdot: float, until: float, rtol: float, newton: bool) -> LinkageMotion:
     """Motion with friction in joints, at the actual speed and with the reactions of the same instant."""
     rub = Resistances(model)
     rub.determined()
@@ -565,7 +565,7 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
         state = motion.states(pieces.at(t)[None])
         return float(state.q[0]), float(state.qdot[0])
 
-    return Solution(
+    return LinkageMotion(
         t,
         states,
         rows[:, -1 - p],

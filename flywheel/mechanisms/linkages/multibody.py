@@ -24,14 +24,14 @@ from flywheel.mechanisms.linkages.bodies import (
     COMPONENTS,
     LEAST_MARGIN,
     RANK,
-    Actions,
     Closure,
     Interpolant,
     Law,
-    Model,
+    LinkageActions,
+    LinkageModel,
+    LinkageMotion,
+    LinkageState,
     ScaledValues,
-    Solution,
-    State,
     UnreachableError,
     Wrench,
     acceleration_sizes,
@@ -80,7 +80,7 @@ Array = NDArray[np.float64]
 # -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
 
 
-def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
+def by_newton(model: LinkageModel, t: Any, state: LinkageState) -> tuple[Array, Array]:
     """Accelerations and reactions together, from Newton's law of every body cut free.
 
     m a_G = sum F, J alpha = sum M_G for every body, with reactions as forces (`reaction_wrenches`), and
@@ -101,7 +101,7 @@ def by_newton(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     return accelerations(model, t, state, model.reaction_wrenches(state))
 
 
-def by_multipliers(model: Model, t: Any, state: State) -> tuple[Array, Array]:
+def by_multipliers(model: LinkageModel, t: Any, state: LinkageState) -> tuple[Array, Array]:
     """Accelerations and Lagrange's multipliers of the closure equations: M a - Phi_x^T lambda = Q, Phi_x a = gamma.
 
     A multiplier is the reaction itself: the force (N) or moment (N m) that does work on the quantity that its equation keeps
@@ -116,7 +116,7 @@ def by_multipliers(model: Model, t: Any, state: State) -> tuple[Array, Array]:
     return accelerations(model, t, state, np.swapaxes(state.jacobian, -1, -2))
 
 
-class Reduced(NamedTuple):
+class ReducedEquation(NamedTuple):
     """The reduced equation at one position and speed: inertia I*, slope dI*/dq, moment M*, acceleration of the driver."""
 
     inertia: float
@@ -125,7 +125,7 @@ class Reduced(NamedTuple):
     acceleration: float
 
 
-def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
+def reduced(model: LinkageModel, t: float, x: Array, g: Array, qdot: float) -> ReducedEquation:
     """The reduced equation I* alpha + ½ dI*/dq omega² = M* from the closures' own influence coefficients.
 
     I* = g^T M g, ½ dI*/dq = g^T M g', M* = g^T Q.
@@ -143,7 +143,7 @@ def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
     inertia, half = float(g @ (model.masses * g)), float(g @ (model.masses * slope))
     moment = float(g @ model.forces(t, unit._replace(qdot=qdot)))  # no force sees other velocities
     model.heavy(inertia, unit.q)
-    return Reduced(inertia, 2 * half, moment, (moment - half * qdot**2) / inertia)
+    return ReducedEquation(inertia, 2 * half, moment, (moment - half * qdot**2) / inertia)
 
 
 # -- the routes: which state each integrates, and how all bodies follow from it -----------------------------------------
@@ -154,7 +154,7 @@ ROUTES = (REDUCED, NEWTON, MULTIPLIERS, ENERGY)
 _NUDGE = 1e-6  # of the way: where the slope of E/u² at the start is taken from
 
 
-def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, newton: bool) -> Solution:
+def by_driver(model: LinkageModel, q: float, qdot: float, until: float, rtol: float, newton: bool) -> LinkageMotion:
     """The driver's coordinate, speed and the work done as state; poses closed at every driver's coordinate.
 
     Its acceleration is that of one reduced equation, I* and M* by the closures' influence coefficients; or by Newton's law,
@@ -183,10 +183,10 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
         return q, qdot
 
     reactions = by_newton(model, steps.s, states)[1] if newton else None
-    return Solution(steps.s, states, steps.states[:, 2], steps.evaluations, 0.0, at, reactions)
+    return LinkageMotion(steps.s, states, steps.states[:, 2], steps.evaluations, 0.0, at, reactions)
 
 
-def _reduced_columns(model: Model, state: State) -> ScaledValues:
+def _reduced_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     """M* of every column of loads, I* and ½ dI*/dq, of poses with the velocities g = dx/dq."""
     columns, momentum = model.load_columns(state), model.masses * state.v
     slope = model.driven(state, state.along, state.gamma, -state.bend)  # g' = d²x/dq²
@@ -199,7 +199,7 @@ def _reduced_columns(model: Model, state: State) -> ScaledValues:
     return ScaledValues(values, np.append(sizes, (greatest, greatest / model.unit)))
 
 
-def _newton_columns(model: Model, state: State) -> ScaledValues:
+def _newton_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     """M* of every column of loads, then the driver's acceleration by each and by its own speed's square."""
     columns, n = model.load_columns(state), model.masses.size
     loads = columns.shape[2]
@@ -214,7 +214,7 @@ def _newton_columns(model: Model, state: State) -> ScaledValues:
     return ScaledValues(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
 
 
-def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
+def in_all_coordinates(model: LinkageModel, q: float, qdot: float, until: float, rtol: float) -> LinkageMotion:
     """All coordinates and velocities as a differential-algebraic system of index 1, projected after every step.
 
     The motion keeps to its assembly in both directions of the driver: the determinant over its own last tangent keeps its
@@ -253,10 +253,10 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         return float(state.q), float(state.qdot)
 
     reactions = by_multipliers(model, steps.s, states)[1]
-    return Solution(steps.s, states, steps.states[:, 2 * n], steps.evaluations, max(drifts), at, reactions)
+    return LinkageMotion(steps.s, states, steps.states[:, 2 * n], steps.evaluations, max(drifts), at, reactions)
 
 
-def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
+def by_energy(model: LinkageModel, q: float, qdot: float, until: float, rtol: float) -> LinkageMotion:
     """Energy and time as state over the driver's way u, q = start + sense u, until the time is reached or passed.
 
     E = ½ I* omega² obeys dE/dq = M*(t, q, omega): where torques depend on position alone, E is the work done; then t =
@@ -318,10 +318,10 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     t = np.append(steps.states[:-1, 1], until)
     instants = [driver(float(u), float(both[0])) for u, both in zip(steps.s[:-1], steps.states[:-1], strict=True)]
     states = interpolant.states(*np.array([*instants, at(until)]).T)
-    return Solution(t, states, None, steps.evaluations, 0.0, at)
+    return LinkageMotion(t, states, None, steps.evaluations, 0.0, at)
 
 
-def _energy_columns(model: Model, state: State) -> ScaledValues:
+def _energy_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     """M* of every column of loads, and I*."""
     columns, inertia = model.load_columns(state), (model.masses * state.v**2).sum(axis=1)
     for one, place in zip(inertia.tolist(), state.q.tolist(), strict=True):
@@ -430,7 +430,7 @@ def simulate(
         if route not in (NEWTON, MULTIPLIERS):
             defect = f"{route} for joints with friction, which follows from reactions"
             raise SceneError([Fault("route", defect, f"{NEWTON} or {MULTIPLIERS}, which find them")])
-    model = Model(linkage, actions, coordinates(start))
+    model = LinkageModel(linkage, actions, coordinates(start))
     try:
         if linkage.rubs:
             solution = with_friction(model, q, qdot, until, rtol, route == NEWTON)
@@ -472,7 +472,9 @@ def simulate(
     )
 
 
-def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, wrenches: Iterable[Wrench]) -> Actions:
+def _actions(
+    linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, wrenches: Iterable[Wrench]
+) -> LinkageActions:
     """All actions; SceneError for laws that are no numbers or functions, for friction, for bodies that do not move."""
     if isinstance(wrenches, Wrench) or not isinstance(wrenches, Iterable):
         raise SceneError([Fault("wrenches", brief(wrenches), "a list of Wrench")])
@@ -487,7 +489,7 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
             raise SceneError([Fault(f"{path}.force", brief(wrench.force), "two laws, along x and y")])
         laws |= {f"{path}.force[{k}]": law for k, law in enumerate(wrench.force)} | {f"{path}.torque": wrench.torque}
     refuse([fault for path, law in laws.items() if not callable(law) for fault in number_faults(path, law)])
-    actions = Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, loads)
+    actions = LinkageActions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, loads)
     faults = list[Fault]()
     moving = [link.name for link in linkage.links]
     for k, wrench in enumerate(loads):
@@ -502,7 +504,7 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
     return actions
 
 
-def _reactions(model: Model, states: State, table: Array) -> dict[str, Array]:
+def _reactions(model: LinkageModel, states: LinkageState, table: Array) -> dict[str, Array]:
     """Reactions by joint; NaN if a redundant linkage leaves them open: those with a part in the null space of Phi_x^T."""
     if model.redundant:
         left, sizes, _ = np.linalg.svd(states.jacobian)
