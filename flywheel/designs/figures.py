@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from math import inf
@@ -33,6 +33,8 @@ from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.findings import FINDINGS, Finding, estimates, figure_errors
+from flywheel.sizing.limits import requirements_of
+from flywheel.sizing.motor import MotorShaft, shares
 from flywheel.sizing.results import Estimate, Sizing
 from flywheel.sizing.sizing import size
 
@@ -83,6 +85,9 @@ FIGURES = {
 """Figures of a design by their names; nan where a scene has none of a kind."""
 OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wheel")
 """Those of the wheel as built."""
+
+LIMITED = "limits."
+"""Before the name of a figure that is limited, over its limit."""
 
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
 """Ways in which a design is sized: with many at once, so and refined, one by one; refused; or not yet."""
@@ -407,18 +412,28 @@ def differs(structure: Structure, scene: Scene, values: Array) -> str:
 
 
 def one_by_one(
-    scene: Scene, paths: tuple[str, ...], columns: Array, which: range, rtol: float, progress: bool | None = False
+    scene: Scene,
+    paths: tuple[str, ...],
+    columns: Array,
+    which: range,
+    rtol: float,
+    progress: bool | None = False,
+    inertias: Array | None = None,
 ) -> Batch:
     """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`.
 
-    If the user interrupts it, those that are finished are returned.
+    With `inertias` (designs,) they have these flywheels (kg m²) in place of the smallest that keep their limits, and their
+    limited figures over the limits are among the figures. If the user interrupts it, those that are finished are returned.
     """
-    results = empty(columns.shape[1])
+    results = empty(columns.shape[1], () if inertias is None else [f"{LIMITED}{name}" for name in requirements_of(scene)])
     with progress_bar(len(which) if len(which) > _DESIGNS_WITHOUT_BAR else 0, progress, "designs one by one") as advance:
         for k in which:
             try:
                 design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
-                sizing_figures = figures_of(size(design, rtol, accuracy="normal"))
+                if inertias is None:
+                    sizing_figures = figures_of(size(design, rtol, accuracy="normal"))
+                else:
+                    sizing_figures = figures_with(size(replace(design, inertia=float(inertias[k])), rtol, accuracy="normal"))
             except SceneError as error:
                 results.ways[k], results.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             except KeyboardInterrupt:
@@ -507,9 +522,9 @@ def each_of(
     return outcomes
 
 
-def empty(count: int) -> Batch:
-    """A batch of designs without any results yet."""
-    values, errors = ({name: np.full(count, np.nan) for name in FIGURES} for _ in range(2))
+def empty(count: int, further: Iterable[str] = ()) -> Batch:
+    """A batch of designs without any results yet, with `further` figures beside those of `FIGURES`."""
+    values, errors = ({name: np.full(count, np.nan) for name in (*FIGURES, *further)} for _ in range(2))
     return Batch(values, errors, {}, np.full(count, MISSING, np.uint8))
 
 
@@ -526,6 +541,16 @@ def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
         limit = error if isinstance(error, float) else np.nan
         figures[name] = (np.nan, np.nan) if value is None else (float(value), limit)
     return figures
+
+
+def figures_with(sizing: Sizing) -> dict[str, tuple[float, float]]:
+    """The figures of a sizing with a given flywheel, and its limited ones over their limits, with absolute errors."""
+    own, names = figures_of(sizing), requirements_of(sizing.scene)
+    assert sizing.cycle is not None
+    assert sizing.run is not None
+    shaft = MotorShaft(sizing.scene, sizing.cycle, sizing.run, sizing.speed, sizing.rtol)
+    reached = {name: (share.value / names[name], share.error / names[name]) for name, share in shares(names, shaft).items()}
+    return own | {f"{LIMITED}{name}": share for name, share in reached.items()}
 
 
 def wheel_figures(request: WheelAsked, wheel: Wheel | None) -> dict[str, float | None]:

@@ -21,14 +21,16 @@ from flywheel.designs.figures import (
     ALONE,
     ENGINES,
     FIGURES,
+    LIMITED,
     MISSING,
     OF_WHEEL,
     Batch,
     figures_of,
+    one_by_one,
     sized,
     wheel_figures,
 )
-from flywheel.machine.machine import Machine, scene_of
+from flywheel.machine.machine import Machine, circuit_of, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, brief, name_faults, refuse, show, suggestion
@@ -38,6 +40,8 @@ from flywheel.reading.paths import Number, dotted, numbers, with_numbers
 from flywheel.reading.schema import WHEEL_KEYS
 from flywheel.regime import wittenbauer
 from flywheel.scene.scene import Scene, rtol_faults
+from flywheel.sizing.limits import requirements_of
+from flywheel.sizing.motor import of_motor
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
@@ -48,6 +52,7 @@ RTOL = 1e-12
 _SCALE_SHARE = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
 _IRREGULARITY = "flywheel.irregularity"
 _WHEEL = tuple(f"flywheel.{key.name}" for key in WHEEL_KEYS)
+_AT_LIMIT = 1e-8  # of a limit: a figure that lies nearer to it may decide
 _EXCLUDED = ("accuracy.", "areas.values.")  # no part of a machine; areas close to zero together alone
 
 NAMES = tuple(name for name in FIGURES if name != "needed")
@@ -177,6 +182,20 @@ class Variation:
             self.finished = done, values, errors
             raise KeyboardInterrupt
         return values, errors
+
+    def with_flywheels(self, columns: Array) -> tuple[Array, Array]:
+        """Figures with given flywheels in place of the smallest that keep limits, and the limited figures over their limits.
+
+        The last row of `columns` holds the flywheels (kg m², at their own shaft); else as `__call__`.
+        """
+        batch = one_by_one(self.scene, self.paths, columns[:-1], range(columns.shape[1]), self.rtol, None, columns[-1])
+        if batch.interrupted:
+            raise KeyboardInterrupt
+        self.count += columns.shape[1]
+        limited = [f"{LIMITED}{name}" for name in requirements_of(self.scene)]
+        values = np.array([batch.values[name] for name in (*NAMES, *limited)])
+        errors = [self._error(name, batch) for name in NAMES]
+        return values, np.array([*errors, *(batch.errors[name] for name in limited)])
 
     @property
     def said(self) -> tuple[str, ...]:
@@ -416,7 +435,7 @@ def sensitivities(
     centre = family.centre()
     there = family.there(centre, names)
     with np.errstate(invalid="ignore"):  # a wheel that is not needed has no end of safety
-        derivatives_of = slopes(family, family.nominal, family.scales)
+        derivatives_of = at_crossing(family, centre) or slopes(family, family.nominal, family.scales)
     reasons = _Reasons(family, centre)
     derivatives = {
         name: {path: _derivative(derivatives_of, NAMES.index(name), j, reasons, name) for j, path in enumerate(family.paths)}
@@ -432,6 +451,72 @@ def sensitivities(
         rtol=rtol,
         designs=family.count,
     )
+
+
+def at_crossing(family: Variation, centre: Sizing) -> Slopes | None:
+    """The derivatives of a design whose flywheel is the smallest one that keeps limits, without a search for each design.
+
+    Its flywheel J is where the figure F of one limit reaches that, r = F/L = 1. The others are kept with a margin, so that
+    it remains where that figure crosses its limit as the numbers p change:
+
+        dJ/dp = -(∂r/∂p)/(∂r/∂J),   dG/dp = ∂G/∂p + ∂G/∂J dJ/dp
+
+    with the figures r and G of designs with given flywheels.
+
+    Args:
+        family: the designs around a scene.
+        centre: the scene's own, with its figures at the error that the family requires.
+
+    Returns:
+        The derivatives; None where designs are searched for one by one: no flywheel is needed, several limits decide, none
+        is crossed because lighter flywheels stop, or figures have a corner where the flywheel varies.
+
+    Source: the implicit function theorem.
+
+    """
+    scene, inertia = family.scene, centre.flywheel.exact
+    searched = scene.stroke is None and not scene.duty and (of_motor(scene) or circuit_of(scene) is not None)
+    if family.engine == ENGINES[-1] or not searched or not requirements_of(scene) or not inertia:
+        return None
+    point, scales = np.append(family.nominal, inertia), np.append(family.scales, inertia)
+    there = figures_of(centre)
+    own, (values, _) = np.array([there[name][0] for name in NAMES]), family.with_flywheels(point[:, None])
+    given, shares = values[: len(NAMES), 0], values[len(NAMES) :, 0]
+    same = np.abs(given - own) <= _AT_LIMIT * np.abs(own)
+    crossed = np.abs(shares - 1.0) <= _AT_LIMIT
+    if not same[np.isfinite(own)].all() or crossed.sum() != 1 or (shares > 1.0 + _AT_LIMIT).any():
+        return None
+    of = slopes(family.with_flywheels, point, scales)
+    return along_crossing(of, len(NAMES) + int(crossed.argmax()), len(NAMES))
+
+
+def along_crossing(of: Slopes, share: int, count: int) -> Slopes | None:
+    """The derivatives of the first `count` figures where the last variable keeps another one, `share`, constant.
+
+    None if a figure has no derivative by that variable, or if it does not change the share.
+
+    >>> def values(x):  # r = a b, G = a + b, so that db/da = -b/a
+    ...     return np.stack([x[0] + x[1], x[0] * x[1]]), np.full((2, x.shape[1]), 1e-15)
+    >>> slope = along_crossing(slopes(values, np.array([2.0, 3.0]), np.array([2.0, 3.0])), 1, 1)
+    >>> round(float(slope.both[0, 0]), 9)  # 1 - 3/2
+    -0.5
+
+    """
+    by, error, values = of.both[:, -1:], of.error[:, -1:], of.values[:count]
+    if not np.isfinite(by[:count][np.isfinite(values)]).all() or not np.abs(by[share]) > error[share]:
+        return None
+
+    def moved(slope: Array, off: Array) -> tuple[Array, Array]:
+        change = -slope[share] / by[share]
+        loose = (off[share] + np.abs(change) * error[share]) / (np.abs(by[share]) - error[share])
+        lost = off[:count, :-1] + np.abs(change[:-1]) * error[:count] + (np.abs(by[:count]) + error[:count]) * loose[:-1]
+        return slope[:count, :-1] + by[:count] * change[:-1], lost
+
+    (both, off), (left, of_left), (right, of_right) = (
+        moved(*each) for each in ((of.both, of.error), (of.left, of.left_error), (of.right, of.right_error))
+    )
+    corner, jump = (each[:count, :-1] | each[share, :-1] for each in (of.corner, of.jump))
+    return Slopes(values, both, off, left, of_left, right, of_right, corner, jump, of.step[:-1])
 
 
 def check_figures(result: Sensitivities, names: Iterable[str]) -> None:

@@ -64,8 +64,9 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     with counted() as tally:
         meter = Meter(tally)
         swings = scene.irregularity is not None and circuit_of(scene) is not None
-        motion = None if of_motor(scene) or swings else _motion(machine, figures, start, rtol)
-        if motion is None or (scene.irregularity is not None and _unstable(motion)):
+        sized = scene.inertia is None
+        motion = None if sized and (of_motor(scene) or swings) else _motion(machine, figures, start, rtol)
+        if motion is None or (sized and scene.irregularity is not None and _unstable(motion)):
             motion, off, reached, binding, broken, gaps = _smallest(machine, figures, start, rtol)
         else:
             off = motion.inertia_error if motion.inertia > 0.0 else motion.run.error
