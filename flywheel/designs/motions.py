@@ -83,6 +83,15 @@ class StagePart(NamedTuple):
     slope: Array
 
 
+class _Piece(NamedTuple):
+    """Cells that share a program: its values of `RATE` and `STAGE`, and "moving" of `RATE` alone, by `rows` without speed."""
+
+    part: slice
+    values: Callable[..., tuple[Any, ...]]
+    moving: Callable[..., tuple[Any, ...]]
+    rows: list[Any]
+
+
 class DesignMoments(SeveralMoments):
     """The machines of designs on their own cells, as `Moments` with an axis of designs before all others.
 
@@ -108,12 +117,14 @@ class DesignMoments(SeveralMoments):
             for row, value in zip(rows, program.function()(self.mesh.phi[:, part], *inputs), strict=True):
                 row[:, part] = value
         self.inertia, self.slope, self.still, _, _, self.steepness = rows
-        self._groups: list[tuple[Any, Any, list[Any]]] = []
+        self._pieces: list[_Piece] = []
+        self.lossy = len(self.machine.stages) > 1
         for piece, early, late in structure.rates:
             part = slice(starts[piece.start], starts[piece.stop])
-            self._groups.append((part, late.function(), list(early.function()(self.mesh.phi[:, part], *inputs))))
+            moving = late._replace(outputs=(late.outputs[RATE.index("moving")],)).only(1)
+            rows_of = list(early.function()(self.mesh.phi[:, part], *inputs))
+            self._pieces.append(_Piece(part, late.function(), moving.function(), rows_of))
         self._last: tuple[Array, Any, Array] | None = None  # values at the last speeds and unknowns, for stage after stage
-        self.lossy = len(self.machine.stages) > 1
         values = self._evaluated(np.zeros_like(half), 0.0)
         self.resistance, of_stage = values[RATE.index("resistance")], values[len(RATE) :]
         self.parts: list[Any] = [
@@ -130,9 +141,9 @@ class DesignMoments(SeveralMoments):
         for name in ("inertia", "slope", "steepness", "still", "resistance"):
             setattr(moments, name, getattr(self, name)[which])
         moments.parts = [part._replace(inertia=part.inertia[which], slope=part.slope[which]) for part in self.parts]
-        moments._groups = [
-            (part, late, [row[which] if np.ndim(row) and len(row) == count else row for row in rows])
-            for part, late, rows in self._groups
+        moments._pieces = [
+            piece._replace(rows=[row[which] if np.ndim(row) and len(row) == count else row for row in piece.rows])
+            for piece in self._pieces
         ]
         return moments
 
@@ -144,10 +155,11 @@ class DesignMoments(SeveralMoments):
         for name in ("inertia", "slope", "still", "resistance"):
             setattr(moments, name, getattr(self, name)[..., _FEW])
         moments.parts = [part._replace(inertia=part.inertia[..., _FEW], slope=part.slope[..., _FEW]) for part in self.parts]
-        moments._groups = [
-            (part, late, [row[..., _FEW] if np.ndim(row) and np.shape(row)[-1] == ORDER else row for row in rows])
-            for part, late, rows in self._groups
-        ]
+
+        def at_few(row: Any) -> Any:
+            return row[..., _FEW] if np.ndim(row) and np.shape(row)[-1] == ORDER else row
+
+        moments._pieces = [piece._replace(rows=[*map(at_few, piece.rows)]) for piece in self._pieces]
         return moments
 
     def cut(self, which: Index, angles: Array) -> DesignMoments:
@@ -171,8 +183,8 @@ class DesignMoments(SeveralMoments):
     def _evaluated(self, omega: Array, unknown: Any, outputs: slice = slice(None)) -> Array:
         """The values of `RATE` and `STAGE` at crank speeds on (designs, cells or 1, nodes or 1)."""
         total: Array | None = None
-        for part, late, rows in self._groups:
-            values = late(*rows, omega[:, part] if omega.shape[1] > 1 else omega, unknown)[outputs]
+        for part, values_of, _, rows in self._pieces:
+            values = values_of(*rows, omega[:, part] if omega.shape[1] > 1 else omega, unknown)[outputs]
             if total is None:
                 total = np.empty((len(values), *self.mesh.phi.shape))
             for row, value in zip(total, values, strict=True):
@@ -199,12 +211,12 @@ class DesignMoments(SeveralMoments):
     def net_works(self, speeds: Array) -> Array:
         """Net works (J) of a cycle run at constant crank speeds (speeds, designs), without mesh losses and unknown."""
         works = self.total(self.still) - self.total(self.resistance) * speeds
-        for part, late, rows in self._groups:
+        for part, _, moving, rows in self._pieces:
             half = self.mesh.half[:, part]
             few = max(_AT_ONCE // half.size, 1)
             for k in range(0, len(speeds), few):
-                moving = np.asarray(late(*rows, speeds[k : k + few, :, None, None], 0.0)[RATE.index("moving")], dtype=float)
-                wide = np.broadcast_to(moving, np.broadcast_shapes(moving.shape, (1, 1)))
+                moment = np.asarray(moving(*rows, speeds[k : k + few, :, None, None], 0.0)[0], dtype=float)
+                wide = np.broadcast_to(moment, np.broadcast_shapes(moment.shape, (1, 1)))
                 works[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
         return np.asarray(works)
 

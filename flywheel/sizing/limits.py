@@ -388,7 +388,7 @@ class Search:
         if name == IRREGULARITY and here.error is not None:
             return here.error
         missed = here.shares[name].error + abs(here.shares[name].value - limit)
-        return float(missed / max((yield from self._slope(name, here)), 1e-300) + 0.02 * self.rtol)
+        return float(missed / max((yield from self.slope(name, here)), 1e-300) + 0.02 * self.rtol)
 
     def _bracket(
         self, name: str, limit: float, before: FlywheelPoint, after: FlywheelPoint
@@ -415,7 +415,7 @@ class Search:
                     ends[end] = yield from self.closely(further)
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
-    def _slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
+    def slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
         """|d figure/d ln J| at a flywheel, from the nearest one of the same accuracy, or from one beside it."""
         value = here.shares[name].value
         apart = {
@@ -659,9 +659,9 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     motion = point.motions[0]
     figures = dict(point.shares)
     if inertia > 0.0 and scene.limits:  # what the error of the inertia makes of each
-        beside = (yield from search.closely(inertia * (1.0 + _BESIDE))).shares
-        moved = {name: abs(beside[name].value - share.value) / _BESIDE * error for name, share in figures.items() if beside}
-        figures = {name: share._replace(error=share.error + moved.get(name, 0.0)) for name, share in figures.items()}
+        for name, share in figures.items():
+            slope = yield from search.slope(name, point)
+            figures[name] = share._replace(error=share.error + (slope * error if slope < np.inf else 0.0))
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))
