@@ -350,16 +350,18 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     if inertia is not None:
         inertia = guess = inertia * ratio**2
         good &= inertia + least > least_error
-    solved = partial(_solutions, moments, givens, speed, unknown)
+    limits = structure.limits_of(columns) if of_motor(moments.machine.scene) else {}
+    starts = (first_guess,) if limits else (first_guess, balanced_guess)  # a search has other flywheels to begin with
+    solved = partial(_solutions, moments, givens, speed, unknown, starts=starts)
 
     # the motion: with the flywheel that is given or sought, or with none if none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
     own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool))  # none is sought where there is no irregularity
     if inertia is not None or np.isfinite(givens.irregularity).all():
         own = solved(left, guess[left], None if inertia is None else inertia[left])
-    if limits := structure.limits_of(columns) if of_motor(moments.machine.scene) else {}:
+    if limits:
         ends = [values.rows["energy_fluctuation"], least, greatest, speed]
-        own = _limited(partial(solved, starts=(first_guess,)), left, limits, ends, own, rtol)
+        own = _limited(solved, left, limits, ends, own, rtol)
     if inertia is None and own.success.any():
         own.values["exact"] = own.values["exact"] / ratio[left] ** 2
     for alone in (False, True):
@@ -567,7 +569,7 @@ def _solutions(
     which: Index,
     guess: Array,
     inertia: Array | None,
-    starts: Sequence[Start] = (first_guess, balanced_guess),
+    starts: Sequence[Start],
 ) -> Solutions:
     """The motions of some designs, from first guesses, on cells that narrow where speeds settle steeply behind a jump.
 

@@ -21,7 +21,16 @@ from flywheel.machine.equation import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Index
-from flywheel.regime.cycle_equations import Demand, Periodic, SpeedExtremes, State, carried, periodic_motions, with_inertia
+from flywheel.regime.cycle_equations import (
+    Demand,
+    Periodic,
+    Sensitivity,
+    SpeedExtremes,
+    State,
+    carried,
+    periodic_motions,
+    with_inertia,
+)
 from flywheel.regime.periodic_motion import (
     UNSTABLE,
     MotionErrors,
@@ -120,6 +129,10 @@ def on_cut_cells(
     first = solved if first is None else first
     for which, cuts in patterns(moments, near, *decided(moments, solved)):
         part = Demand(*(None if each is None else each[which] for each in demand))
+        if not cuts.size and first is solved:  # nothing changes within a cell: these are their motions
+            own = moments.of(which)
+            yield CutMotions(which, own, _some(solved, which, own), part, np.zeros(which.size), near[which])
+            continue
         finer, reference = moments.cut(which, cuts), np.asarray(first.reference)[which]
         nearest = first._replace(moments=moments.of(which), state=State(*(each[which] for each in first.state)))
         state = carried(nearest, finer)
@@ -133,6 +146,23 @@ def on_cut_cells(
             if k + 1 < MOST_CUTS:
                 cuts, finer = angles, moments.cut(which, angles)
         yield CutMotions(which, finer, again, part, moved, stands)
+
+
+def _some(solved: Any, which: Index, moments: Any) -> Periodic:
+    """Rows of several motions, with their machines."""
+    by_states, sensitivity = solved.rate.by_states, solved.sensitivity
+    some: Periodic = solved._replace(
+        moments=moments,
+        reference=np.asarray(solved.reference)[which],
+        state=State(*(each[which] for each in solved.state)),
+        extremes=SpeedExtremes(*(each[which] for each in solved.extremes)),
+        rate=Rate(*(each[:, which] if each is by_states else each[which] for each in solved.rate)),
+        omega=solved.omega[which],
+        multiplier=solved.multiplier[which],
+        damping=solved.damping[which],
+        sensitivity=None if sensitivity is None else Sensitivity(*(each[which] for each in sensitivity)),
+    )
+    return some
 
 
 def decided(moments: Any, solved: Periodic) -> tuple[list[Deciding], Array]:
