@@ -84,7 +84,7 @@ class StagePart(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """Cells that share a program: its values of `RATE` and `STAGE`, and "moving" of `RATE` alone, by `rows` without speed."""
+    """Cells of one program: its values of `RATE` and `STAGE`, and "moving" of `RATE` alone, by `rows` without speed."""
 
     part: slice
     values: Callable[..., tuple[Any, ...]]

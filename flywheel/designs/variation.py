@@ -453,7 +453,7 @@ def sensitivities(
     )
 
 
-def at_crossing(family: Variation, centre: Sizing) -> Slopes | None:
+def at_crossing(family: Variation, centre: Sizing) -> FigureSlopes | None:
     """The derivatives of a design whose flywheel is the smallest one that keeps limits, without a search for each design.
 
     Its flywheel J is where the figure F of one limit reaches that, r = F/L = 1. The others are kept with a margin, so that
@@ -490,7 +490,7 @@ def at_crossing(family: Variation, centre: Sizing) -> Slopes | None:
     return along_crossing(of, len(NAMES) + int(crossed.argmax()), len(NAMES))
 
 
-def along_crossing(of: Slopes, share: int, count: int) -> Slopes | None:
+def along_crossing(of: FigureSlopes, share: int, count: int) -> FigureSlopes | None:
     """The derivatives of the first `count` figures where the last variable keeps another one, `share`, constant.
 
     None if a figure has no derivative by that variable, or if it does not change the share.
@@ -516,7 +516,7 @@ def along_crossing(of: Slopes, share: int, count: int) -> Slopes | None:
         moved(*each) for each in ((of.both, of.error), (of.left, of.left_error), (of.right, of.right_error))
     )
     corner, jump = (each[:count, :-1] | each[share, :-1] for each in (of.corner, of.jump))
-    return Slopes(values, both, off, left, of_left, right, of_right, corner, jump, of.step[:-1])
+    return FigureSlopes(values, both, off, left, of_left, right, of_right, corner, jump, of.step[:-1])
 
 
 def check_figures(result: Sensitivities, names: Iterable[str]) -> None:
