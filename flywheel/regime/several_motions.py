@@ -150,13 +150,17 @@ def on_cut_cells(
 
 def _some(solved: Any, which: Index, moments: Any) -> Periodic:
     """Rows of several motions, with their machines."""
-    by_states, sensitivity = solved.rate.by_states, solved.sensitivity
+    rate, sensitivity = solved.rate, solved.sensitivity
+    moment, by_speed, by_unknown, by_inertia, exchanged, *transmitted = (
+        each[which] for each in (*rate[:4], rate.exchanged, *rate.transmitted)
+    )
+    by_states = rate.by_states[:, which]
     some: Periodic = solved._replace(
         moments=moments,
         reference=np.asarray(solved.reference)[which],
         state=State(*(each[which] for each in solved.state)),
         extremes=SpeedExtremes(*(each[which] for each in solved.extremes)),
-        rate=Rate(*(each[:, which] if each is by_states else each[which] for each in solved.rate)),
+        rate=Rate(moment, by_speed, by_unknown, by_inertia, by_states, exchanged, tuple(transmitted)),
         omega=solved.omega[which],
         multiplier=solved.multiplier[which],
         damping=solved.damping[which],
