@@ -93,7 +93,7 @@ def _equation(factors: tuple[float, ...], carrying: int, driven: int) -> Callabl
     the moment of every stage, whose factors K are given.
     """
     recorder = Recorder()
-    inputs = omega, flywheel, torque, *rows = [recorder.input(f"number {k}") for k in range(3 + 3 * len(factors))]
+    inputs = omega, flywheel, torque, *rows = [recorder.input(str(k)) for k in range(3 + 3 * len(factors))]
     inertias, moments, square = rows[::3], rows[2::3], 0.5 * omega * omega
     inertias[carrying], moments[driven] = inertias[carrying] + flywheel, moments[driven] + torque
     bare = [slope * square - moment for slope, moment in zip(rows[1::3], moments, strict=True)]

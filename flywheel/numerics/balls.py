@@ -704,7 +704,7 @@ def periodic(
     ...     for low, high in zip(edges, edges[1:]):
     ...         middle = ((low + high) / 2).mid()
     ...         at, all_over = law(variable(middle)), law(variable(low.union(high)))
-    ...         cells.append(Place(low, high, middle, at, at, all_over))
+    ...         cells.append(BallPlace(low, high, middle, at, at, all_over))
     ...     orbit = periodic(cells, 14, 1e-15, [line(-0.4, 0)] * 16)
     ...     apart = orbit.polynomials[0](cells[0].low - cells[0].middle) + 0.5  # (sin - cos)/2
     ...     bool(abs(apart) < orbit.reach), float(orbit.reach) < 1e-15

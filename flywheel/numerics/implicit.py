@@ -53,7 +53,7 @@ class ImplicitEquations:
     >>> from flywheel.numerics.balls import precision, variable
     >>> def square(z, x):
     ...     return (z * z - x,)
-    >>> root = Implicit(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
+    >>> root = ImplicitEquations(square, lambda z, x: (z * z - x, 2 * z), lambda x: (x**0.5, 0.5 / x**0.5))
     >>> with precision(96, 4):
     ...     value, rate, slope = root(arb(2))
     ...     series = root(variable(arb(2)))[0]

@@ -544,10 +544,12 @@ class _Search(NamedTuple):
             settled = np.isfinite(furthest) and bool((moved <= within).all()) and (self.intermediate or not solved.left)
             moves = 0 if settled else moves % _MOST_MOVES + 1
             before, cuts = cuts, angles
-            motion = _described(solved, self.demand) if settled or moves >= _FEW_MOVES else None
+            # those that come and go, or come no nearer, may have to be taken as they are
+            restless = moves >= _FEW_MOVES and not (nearer and np.isfinite(furthest))
+            motion = _described(solved, self.demand) if settled or restless or moves == _MOST_MOVES else None
             if motion is not None and settled and furthest > close:
                 motion = motion._replace(cuts_error=2 * furthest)
-            elif motion is not None and not settled:  # switches that come and go: their work on the wrong branch is an error
+            elif motion is not None and not settled:  # their work on the wrong branch is an error
                 wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                 counted = _with_work_error(motion, wrong)
                 settled = self.error(counted) <= allowed  # else finer cells, which may mend that
