@@ -167,7 +167,7 @@ FAMILIES = (
     *(STEPPING + kind for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")),
     *(BOND_GRAPH, MULTIPLIERS, PROOF),
 )
-"""Families in the order in which they are told; any other comes after them."""
+"""Families in the order in which they are listed; any other comes after them."""
 
 _TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
 _ANY = 0.01  # an irregularity, where its value does not matter

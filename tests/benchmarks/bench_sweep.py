@@ -127,7 +127,7 @@ def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
         exact, error = result[name].values["exact"], result[name].errors["exact"]
         ways = np.bincount(result[name].ways, minlength=3)
         apart = np.abs(exact[:20] / expected - 1.0).max()
-        print(f"{name}: {ways[0]} at once, {ways[1]} refined, {ways[2]} alone; errors told up to {error.max():.1e}; "
+        print(f"{name}: {ways[0]} at once, {ways[1]} refined, {ways[2]} alone; errors stated up to {error.max():.1e}; "
               f"from one by one {apart:.1e}")  # fmt: skip
     limits = {"numpy": NUMPY, "numba": NUMBA}
     low = [name for name in names if rates[name] < limits[name] * rates["one by one"]]

@@ -161,12 +161,12 @@ def test_usage_errors_come_before_any_work(arguments: list[str]) -> None:
 
 @pytest.mark.slow
 def test_the_levels_of_accuracy(scene: Path) -> None:
-    found = {level: json.loads(run("size", scene, "--json", "--accuracy", level).stdout) for level in LEVELS}
-    assert {level: data["accuracy"] for level, data in found.items()} == {level: level for level in LEVELS} | {
+    result = {level: json.loads(run("size", scene, "--json", "--accuracy", level).stdout) for level in LEVELS}
+    assert {level: data["accuracy"] for level, data in result.items()} == {level: level for level in LEVELS} | {
         "fast": "normal"
     }
-    assert found["fast"]["flywheel"] == found["normal"]["flywheel"]
-    routes = [data["simulation"] and data["simulation"]["route"] for data in found.values()]
+    assert result["fast"]["flywheel"] == result["normal"]["flywheel"]
+    routes = [data["simulation"] and data["simulation"]["route"] for data in result.values()]
     assert routes == [None, None, "collocation", "time", None]
     assert json.loads(run("size", scene, "--json").stdout)["accuracy"] == "audit"
 
@@ -185,11 +185,11 @@ def test_another_level_is_refused_with_those_that_are(scene: Path) -> None:
 
 
 def test_explain_follows_the_report(scene: Path) -> None:
-    plain, told = (run("size", scene, "--accuracy", "normal", *more).stdout for more in ([], ["--explain"]))
-    assert told.startswith(plain)
-    assert "Method of solution (normal)" in told[len(plain) :]
-    assert "bodies without mass or inertia: scotch-yoke.crank" in told
-    assert "Cost, without" in told
+    plain, output = (run("size", scene, "--accuracy", "normal", *more).stdout for more in ([], ["--explain"]))
+    assert output.startswith(plain)
+    assert "Method of solution (normal)" in output[len(plain) :]
+    assert "bodies without mass or inertia: scotch-yoke.crank" in output
+    assert "Cost, without" in output
 
 
 def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) -> None:
@@ -437,7 +437,7 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "link.toml").symlink_to("nowhere")
     (tmp_path / "file").write_text("")
-    for name, found in (
+    for name, outcome in (
         ("pipe.toml", "a pipe"),
         ("link.toml", "a broken link"),
         ("", "a folder"),
@@ -446,7 +446,7 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     ):
         result = CliRunner().invoke(main, ["size", str(tmp_path / name)])
         assert result.exit_code == 1
-        assert result.stderr == f"{tmp_path / name}: found {found}, expected a scene in a TOML file\n"
+        assert result.stderr == f"{tmp_path / name}: found {outcome}, expected a scene in a TOML file\n"
     result = CliRunner().invoke(main, ["size", "."])
     assert (result.exit_code, result.stderr) == (1, ".: found a folder, expected a scene in a TOML file\n")
     (tmp_path / "s.toml").write_text(starter("slider-crank"))
@@ -506,7 +506,7 @@ def test_an_import_changes_nothing_outside_and_leaves_the_names_of_the_users_own
 
 @pytest.mark.slow
 def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_path: Path) -> None:
-    library, _, told, sized, plotted, drawn, arm = loaded(
+    library, _, output, sized, plotted, drawn, arm = loaded(
         "import flywheel",
         "import flywheel.cli; from flywheel.cli import main",
         "tradeoff --help",
@@ -517,8 +517,8 @@ def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_pat
     )
     assert [name for name in library if name.startswith("flywheel.")] == []
     assert library.isdisjoint(("numpy", "scipy", "sympy", "matplotlib", "mpmath"))
-    assert "click" in told
-    assert told.isdisjoint((*DOORS, *PARTS))
+    assert "click" in output
+    assert output.isdisjoint((*DOORS, *PARTS))
     assert sized.isdisjoint(DOORS)
     assert plotted.isdisjoint(("scipy", "sympy", DOORS[3]))
     assert "flywheel.pictures" in drawn

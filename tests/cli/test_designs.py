@@ -186,7 +186,7 @@ def test_csv_on_standard_output_is_nothing_else(sweep_scene):
 
 
 @pytest.mark.parametrize(
-    ("options", "code", "told"),
+    ("options", "code", "message"),
     [
         (["--vary", f"{EPS}=1%"], 0, ""),
         (["--vary", f"{EPS}=-1,-2"], 1, ""),
@@ -206,11 +206,11 @@ def test_csv_on_standard_output_is_nothing_else(sweep_scene):
         (["--vary", f"{EPS}=1%", "--npz", "nowhere/a.npz"], 1, "there is no folder 'nowhere'"),
     ],
 )  # fmt: skip
-def test_exit_codes_and_lines(sweep_scene, options, code, told):
+def test_exit_codes_and_lines(sweep_scene, options, code, message):
     result = run_sweep(sweep_scene, *(sweep_scene if word == "SCENE" else word for word in options))
     assert result.exit_code == code
-    assert told in result.stderr
-    assert code == 2 or len(result.stderr.splitlines()) == bool(told)
+    assert message in result.stderr
+    assert code == 2 or len(result.stderr.splitlines()) == bool(message)
 
 
 def test_a_table_that_could_not_be_written_is_refused_before_the_designs_are_sized(sweep_scene, tmp_path, monkeypatch):
@@ -304,8 +304,8 @@ def test_parquet_without_pyarrow_or_under_another_ending(sweep_scene, tmp_path, 
     monkeypatch.setattr(designs, "sized", None)  # it is said before anything is sized
     file = tmp_path / "a.parquet"
     result = run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--parquet", file)
-    told = "--parquet: found no pyarrow, expected pyarrow, which it needs; pip install pyarrow\n"
-    assert (result.exit_code, result.stdout, result.stderr, file.exists()) == (1, "", told, False)
+    output = "--parquet: found no pyarrow, expected pyarrow, which it needs; pip install pyarrow\n"
+    assert (result.exit_code, result.stdout, result.stderr, file.exists()) == (1, "", output, False)
     assert "does not end in .parquet" in run_sweep(sweep_scene, "--vary", f"{EPS}=1%", "--parquet", "a.csv").stderr
 
 
@@ -508,19 +508,19 @@ def test_a_comparison_that_a_signal_interrupts_tells_what_it_has(tradeoff_scene,
 
 def test_a_long_comparison_tells_what_is_run(tradeoff_scene, monkeypatch):
     monkeypatch.setattr(machines, "_QUIET", 0.0)
-    told = []
+    output = []
 
     def tradeoff(tradeoff_scene, rtol, *, budget, progress):
         progress(4, 9, "plain grid, 36 angles")
-        while not told:
+        while not output:
             time.sleep(0.001)
         return whole()
 
-    monkeypatch.setattr(machines.click, "echo", lambda text, err=False, nl=True: told.append(text) if err else None)
+    monkeypatch.setattr(machines.click, "echo", lambda text, err=False, nl=True: output.append(text) if err else None)
     monkeypatch.setattr(comparison, "tradeoff", tradeoff)
     assert run_tradeoff(tradeoff_scene).exit_code == 0
-    assert told[0].startswith(("finding the reference", "5 of 9: plain grid, 36 angles"))
-    assert "s of about 60 s)" in told[0]
+    assert output[0].startswith(("finding the reference", "5 of 9: plain grid, 36 angles"))
+    assert "s of about 60 s)" in output[0]
 
 
 def test_on_a_terminal_one_line_is_written_anew(capsys):

@@ -155,12 +155,12 @@ def test_a_mechanism_alone_is_animated_evenly():
     from flywheel.pictures.sketch import views
 
     loaded = flywheel.load(text(LINKED))
-    found = timing(loaded, views(loaded)[0])
-    assert "no speed is given" in found.title
-    assert not found.timed
-    assert np.ptp(np.diff(found.evenly(40)[1])) < 1e-12
-    gain = flywheel.reduce(loaded, found.q[[100, 700]]).gains["slider-crank.slider"]
-    np.testing.assert_allclose(found.curve[[100, 700]], gain, rtol=1e-12)
+    result = timing(loaded, views(loaded)[0])
+    assert "no speed is given" in result.title
+    assert not result.timed
+    assert np.ptp(np.diff(result.evenly(40)[1])) < 1e-12
+    gain = flywheel.reduce(loaded, result.q[[100, 700]]).gains["slider-crank.slider"]
+    np.testing.assert_allclose(result.curve[[100, 700]], gain, rtol=1e-12)
 
 
 # The bond graph of a scene, printed and drawn by the command.
@@ -463,7 +463,7 @@ def test_a_transient_begins_where_it_is_told(motion_scene):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "message"),
     [
         (["--of", "sldier"], 1, 'did you mean "slider"?'),
         (["--over", "time"], 1, "time without a motion in time"),
@@ -479,10 +479,10 @@ def test_a_transient_begins_where_it_is_told(motion_scene):
         (["--csv", "--json"], 2, "exclude each other"),
     ],
 )
-def test_what_cannot_be_is_one_line(motion_scene, arguments, code, told):
+def test_what_cannot_be_is_one_line(motion_scene, arguments, code, message):
     result = run_motion(motion_scene, *arguments)
     assert result.exit_code == code
-    assert told in result.stderr
+    assert message in result.stderr
     assert "Traceback" not in result.output
 
 
@@ -638,20 +638,20 @@ def run_power(*arguments):
 
 
 def test_losses_and_loads_sum_to_the_input():
-    found = run_power(PUNCH)
-    assert found.exit_code == 0
-    rows = {line[:24].strip(): line[24:].split()[0] for line in found.stdout.splitlines() if line[24:].split()}
+    result = run_power(PUNCH)
+    assert result.exit_code == 0
+    rows = {line[:24].strip(): line[24:].split()[0] for line in result.stdout.splitlines() if line[24:].split()}
     assert float(rows["comes in"]) == pytest.approx(float(rows["lost and arrived"]), abs=0.02)
     assert float(rows["rotor of the motor"]) + float(rows["mesh motor–crank"]) == pytest.approx(float(rows["is lost"]), 1e-4)
-    assert "motor  1426.61       crank" in found.stdout
+    assert "motor  1426.61       crank" in result.stdout
 
 
 def test_at_an_angle_in_spanish_with_a_picture(tmp_path):
     picture = tmp_path / "flow.svg"
-    found = run_power(PUNCH, "--at", "300 deg", "--language", "es", "--plot", str(picture), "--style", "print")
-    assert found.exit_code == 0
-    assert "a 300°" in found.stdout
-    assert "llega" in found.stdout
+    result = run_power(PUNCH, "--at", "300 deg", "--language", "es", "--plot", str(picture), "--style", "print")
+    assert result.exit_code == 0
+    assert "a 300°" in result.stdout
+    assert "llega" in result.stdout
     drawn = picture.read_text(encoding="utf-8")
     assert "Flujo de potencia con la manivela a 300°" in drawn
 
@@ -669,8 +669,8 @@ def test_a_sizing_in_spanish_has_its_figures_in_spanish(tmp_path):
 
 
 def test_json_is_that_of_the_sizing():
-    found = run_power(PUNCH, "--json", "--at", "300 deg")
-    data = json.loads(found.stdout)
+    result = run_power(PUNCH, "--json", "--at", "300 deg")
+    data = json.loads(result.stdout)
     assert data["at"] == pytest.approx(5.2359877559829888)
     assert data["input"] == pytest.approx(data["output"] + data["losses"], rel=1e-12)
     powers = {stream["kind"]: stream["power"] for stream in data["streams"] if stream["kind"] in ("input", "rotor", "drive")}
@@ -681,9 +681,9 @@ def test_json_is_that_of_the_sizing():
 def test_what_it_refuses(tmp_path):
     areas = tmp_path / "areas.toml"
     areas.write_text("areas = {values = [5, -5], scale = 1}\nregime.speed = 9\nflywheel.inertia = 1\n", encoding="utf-8")
-    found = run_power(str(areas))
-    assert found.exit_code == 1
-    assert "found a diagram of areas, expected a machine; areas do not show where the power goes" in found.stderr
+    result = run_power(str(areas))
+    assert result.exit_code == 1
+    assert "found a diagram of areas, expected a machine; areas do not show where the power goes" in result.stderr
     assert run_power(PUNCH, "--at", "300").exit_code == 2
     assert run_power(PUNCH, "--at", "3 kg").exit_code == 2
     assert run_power(PUNCH, "--json", "--language", "es").exit_code == 2

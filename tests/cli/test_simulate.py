@@ -80,8 +80,8 @@ def test_a_balance_that_is_zero_within_its_error_is_printed_so(tmp_path):
     loads = '[{on = "crank", torque = "sin(phi) + cos(3*phi) - 0.3*sin(5*phi)"}]\nregime = {speed = "60 rpm"}'
     scene = FAN.replace('[{on = "crank", torque = "-2*sign(omega)"}]', loads).replace("20 - 4*omega", "balance")
     path.write_text(scene, encoding="utf-8")
-    told = run_simulate(path, "--from", "60 rpm", "--until", "1 s").stdout
-    assert re.search(r"greatest torque of the drive +0 N m\n +greatest power of the drive +0 W\n", told)
+    output = run_simulate(path, "--from", "60 rpm", "--until", "1 s").stdout
+    assert re.search(r"greatest torque of the drive +0 N m\n +greatest power of the drive +0 W\n", output)
 
 
 def test_breaks_are_added_where_asked(tmp_path):

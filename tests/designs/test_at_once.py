@@ -75,16 +75,16 @@ def scale(name: str, found: dict[str, np.ndarray], exchanged: np.ndarray) -> np.
 
 def compared(scene: flywheel.Scene, paths: tuple[str, ...], columns: np.ndarray, engine: str) -> designs.Batch:
     """The designs by an engine, every figure within the errors of it and of `size`; the batch."""
-    found = designs.sized(scene, paths, columns, 1e-10, engine)
+    result = designs.sized(scene, paths, columns, 1e-10, engine)
     alone = designs.sized(scene, paths, columns, 1e-10, "size")
     exchanged = np.maximum(np.abs(alone.values["accumulated_max"]), np.abs(alone.values["accumulated_min"]))
     for name, value in alone.values.items():
-        assert (np.isnan(value) == np.isnan(found.values[name])).all(), name
+        assert (np.isnan(value) == np.isnan(result.values[name])).all(), name
         known = ~np.isnan(value)
-        apart = np.abs(found.values[name] - value)[known]
-        allowed = (found.errors[name] + alone.errors[name]) * scale(name, alone.values, exchanged)
+        apart = np.abs(result.values[name] - value)[known]
+        allowed = (result.errors[name] + alone.errors[name]) * scale(name, alone.values, exchanged)
         assert (apart <= allowed[known]).all(), (name, apart.max())
-    return found
+    return result
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -95,10 +95,10 @@ def test_designs_at_once_are_those_one_by_one(name: str, engine: str) -> None:
     tables, ranges = RANGES[name]
     low, high = np.array(list(ranges.values())).T[:, :, None]
     columns = low + (high - low) * np.random.default_rng(5).random((len(ranges), 12))
-    found = compared(flywheel.load(tables), tuple(ranges), columns, engine)
-    assert (found.ways <= designs.REFINED).sum() >= 9
+    result = compared(flywheel.load(tables), tuple(ranges), columns, engine)
+    assert (result.ways <= designs.REFINED).sum() >= 9
     for key in ("exact", "approximate", "irregularity"):
-        assert not (found.errors[key][found.ways <= designs.REFINED] > 1e-10).any()
+        assert not (result.errors[key][result.ways <= designs.REFINED] > 1e-10).any()
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -208,13 +208,13 @@ def test_designs_at_once_are_those_sized_alone(name: str):
     scene, rng = flywheel.load({**SCENES[name], **RUN}), np.random.default_rng(7)
     known = {path: number for path, number in numbers(scene).items() if "table" not in path and "ratio" not in path}
     columns = {path: number.value * rng.uniform(0.98, 1.02, 20) for path, number in known.items()}
-    found = flywheel.sweep(scene, columns, rtol=1e-9)
-    assert np.isin(found.ways, (0, 1)).sum() >= 16
-    alone = flywheel.size(found.design(19), 1e-9, accuracy="normal")
-    error = (found.error.exact[19] + alone.error.exact) * max(alone.flywheel.exact, alone.flywheel.approximate_total)
-    assert abs(found.exact[19] - alone.flywheel.exact) <= error
-    assert found.balance[19] == pytest.approx(alone.balance.value, rel=1e-9)
-    assert found.power[19] == pytest.approx(alone.power, rel=1e-9)
+    result = flywheel.sweep(scene, columns, rtol=1e-9)
+    assert np.isin(result.ways, (0, 1)).sum() >= 16
+    alone = flywheel.size(result.design(19), 1e-9, accuracy="normal")
+    error = (result.error.exact[19] + alone.error.exact) * max(alone.flywheel.exact, alone.flywheel.approximate_total)
+    assert abs(result.exact[19] - alone.flywheel.exact) <= error
+    assert result.balance[19] == pytest.approx(alone.balance.value, rel=1e-9)
+    assert result.power[19] == pytest.approx(alone.power, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -225,19 +225,19 @@ def test_a_switch_that_appears_and_a_peak_that_narrows_are_not_missed():
         ("a narrow peak", "parameters.width", [0.4, 0.003, 0.01, 0.5, 0.05, 0.02, 0.45]),
     ):
         scene = flywheel.load({**SCENES[name], **RUN})
-        found, alone = (flywheel.sweep(scene, {path: values}, rtol=1e-9, engine=engine) for engine in ("numpy", "size"))
-        error = (found.error.exact + alone.error.exact) * np.maximum(alone.exact, alone.approximate_total)
-        assert (np.abs(found.exact - alone.exact) <= error).all()
+        result, alone = (flywheel.sweep(scene, {path: values}, rtol=1e-9, engine=engine) for engine in ("numpy", "size"))
+        error = (result.error.exact + alone.error.exact) * np.maximum(alone.exact, alone.approximate_total)
+        assert (np.abs(result.exact - alone.exact) <= error).all()
 
 
 def test_designs_that_are_refused_stand_beside_those_that_are_not():
     scene = flywheel.load({"mechanism": SLIDER, "load": [{"on": "slider", "force": "-900*sign(v)"}], **RUN})
-    found = flywheel.sweep(scene, {"mechanism.rod.length": np.linspace(0.05, 0.4, 20)}, rtol=1e-9)
-    short = found.columns["mechanism.rod.length"] <= 0.12
-    assert (np.isnan(found.exact) == short).all()
-    assert set(found.reasons) == set(np.flatnonzero(short).tolist())
-    assert "rod.length" in found.reasons[0]
-    assert np.isin(found.ways[~short], (0, 1)).mean() > 0.5
+    result = flywheel.sweep(scene, {"mechanism.rod.length": np.linspace(0.05, 0.4, 20)}, rtol=1e-9)
+    short = result.columns["mechanism.rod.length"] <= 0.12
+    assert (np.isnan(result.exact) == short).all()
+    assert set(result.reasons) == set(np.flatnonzero(short).tolist())
+    assert "rod.length" in result.reasons[0]
+    assert np.isin(result.ways[~short], (0, 1)).mean() > 0.5
 
 
 @pytest.mark.slow
@@ -261,15 +261,15 @@ def test_masses_and_windows_of_a_linkage_vary_together():
         "load.0.to": (5.0, 5.5),
         "regime.speed": (5, 9),
     }
-    found = flywheel.sweep(scene, {path: rng.uniform(*ends, 20) for path, ends in ranges.items()}, rtol=1e-9)
-    assert (found.ways < 2).all()
-    alone = flywheel.size(found.design(11), 1e-9, accuracy="normal")
-    assert found.exact[11] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    result = flywheel.sweep(scene, {path: rng.uniform(*ends, 20) for path, ends in ranges.items()}, rtol=1e-9)
+    assert (result.ways < 2).all()
+    alone = flywheel.size(result.design(11), 1e-9, accuracy="normal")
+    assert result.exact[11] == pytest.approx(alone.flywheel.exact, rel=1e-9)
     grid = {"mechanism.bodies.crank.points.pin.0": [0.09, 0.11], "load.0.force": np.linspace(-4000, -2000, 15)}
-    found = flywheel.sweep(scene, grid, rtol=1e-9, grid=True)
-    assert (found.ways < 2).all()
-    alone = flywheel.size(found.design(20), 1e-9, accuracy="normal")
-    assert found.exact[20] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    result = flywheel.sweep(scene, grid, rtol=1e-9, grid=True)
+    assert (result.ways < 2).all()
+    alone = flywheel.size(result.design(20), 1e-9, accuracy="normal")
+    assert result.exact[20] == pytest.approx(alone.flywheel.exact, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -279,10 +279,10 @@ def test_numbers_that_a_program_cannot_hold_are_the_same_in_it():
     load = {"on": "ram", "force": -900, "from": 0, "to": "180 deg"}
     given = {"mechanism": {"type": "law", "outputs": output}, "parameters": {"r": "0.2 m"}, "load": [load], **RUN}
     columns = {"parameters.r": [0.2, 0.3], "regime.speed": np.linspace(8, 12, 12)}
-    found = flywheel.sweep(flywheel.load(given), columns, rtol=1e-9, grid=True)
-    assert (found.ways < 2).all()
-    alone = flywheel.size(found.design(17), 1e-9, accuracy="normal")
-    assert found.exact[17] == pytest.approx(alone.flywheel.exact, rel=1e-9)
-    found = flywheel.sweep(flywheel.load(given), {"parameters.r": np.linspace(0.1, 0.2, 6)}, rtol=1e-9)
-    assert set(found.ways) == {0, 2}
-    assert all("parameters.r" in reason for reason in found.reasons.values())
+    result = flywheel.sweep(flywheel.load(given), columns, rtol=1e-9, grid=True)
+    assert (result.ways < 2).all()
+    alone = flywheel.size(result.design(17), 1e-9, accuracy="normal")
+    assert result.exact[17] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    result = flywheel.sweep(flywheel.load(given), {"parameters.r": np.linspace(0.1, 0.2, 6)}, rtol=1e-9)
+    assert set(result.ways) == {0, 2}
+    assert all("parameters.r" in reason for reason in result.reasons.values())

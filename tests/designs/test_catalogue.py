@@ -68,8 +68,8 @@ def test_each_flywheel_is_that_of_its_own_sizing(choice):
 
 @pytest.mark.slow
 def test_worker_processes_give_the_same_motors(choice):
-    found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS), at=AFTER, jobs=2)
-    assert found.as_dict() == choice.as_dict()
+    result = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS), at=AFTER, jobs=2)
+    assert result.as_dict() == choice.as_dict()
 
 
 def test_a_motor_so_large_that_its_torque_alone_holds_the_speed():
@@ -78,11 +78,11 @@ def test_a_motor_so_large_that_its_torque_alone_holds_the_speed():
     motors = {motor.name: motor for motor in read_catalogue(TABLE).motors}
     for name, needed in (("4P-18.5", True), ("4P-30", False)):
         large = with_motor(scene, motors[name], 5.0)
-        found = flywheel.size(large, simulate=False)
-        assert found.flywheel.needed is needed
-        given = large.with_({"flywheel.irregularity": None, "flywheel.inertia": found.flywheel.exact})
+        result = flywheel.size(large, simulate=False)
+        assert result.flywheel.needed is needed
+        given = large.with_({"flywheel.irregularity": None, "flywheel.inertia": result.flywheel.exact})
         again = flywheel.size(given, simulate=False).run.irregularity
-        assert again == pytest.approx(found.run.irregularity, rel=1e-8)
+        assert again == pytest.approx(result.run.irregularity, rel=1e-8)
         assert again <= 0.15 * (1 + 1e-8)
 
 
@@ -116,23 +116,23 @@ def test_a_motor_that_cannot_start_the_machine():
     held = {**PUNCH, "load": [{"on": "crank", "torque": "-60 N m"}]}
     row = "weak,2.2,1430,4,50,3,0.3,0.008,340\nstrong,2.2,1430,4,50,3,2.2,0.008,350"
     head = HEAD.replace("breakdown_ratio,", "breakdown_ratio,starting_torque,")
-    found = flywheel.suitable_motors(flywheel.load(held), parse_catalogue(f"{head}\n{row}"))
-    assert [one.motor.name for one in found.suitable] == ["strong"]
-    weak, rated = found.refused[0], 2200 / (1430 * np.pi / 30)
+    result = flywheel.suitable_motors(flywheel.load(held), parse_catalogue(f"{head}\n{row}"))
+    assert [one.motor.name for one in result.suitable] == ["strong"]
+    weak, rated = result.refused[0], 2200 / (1430 * np.pi / 30)
     assert starting_torque(weak.motor.motor) == pytest.approx(0.3 * rated, rel=1e-12)
-    asked = 60 / (1430 / 220)
+    request = 60 / (1430 / 220)
     assert weak.reason == (
         f"cannot start the machine: starting torque {0.3 * rated:.4g} N m, "
-        f"the load at rest at 0 deg is {asked:.4g} N m on its shaft"
+        f"the load at rest at 0 deg is {request:.4g} N m on its shaft"
     )
 
 
 @pytest.mark.slow
 def test_given_flywheels_and_limits_of_the_scene():
     given = flywheel.load({**PUNCH, "flywheel": {"inertia": 3.0}})
-    found = flywheel.suitable_motors(given, parse_catalogue(HEAD + ROWS + HOT), at=AFTER)
-    assert {one.flywheel for one in found.suitable} == {3.0}
-    assert "of its rating" in named(found, "hot").reason
+    result = flywheel.suitable_motors(given, parse_catalogue(HEAD + ROWS + HOT), at=AFTER)
+    assert {one.flywheel for one in result.suitable} == {3.0}
+    assert "of its rating" in named(result, "hot").reason
     motor = {"on": "motor", "motor": dict(parse_catalogue(HEAD + ROWS).motors[1].table)}
     limited = {**PUNCH, "drive": motor, "flywheel": {"limits": {"irregularity": 0.08, "motor_torque": 1.1}}}
     table = parse_catalogue(HEAD + "\n" + ROWS.splitlines()[5])
@@ -158,8 +158,8 @@ def test_an_interruption_keeps_what_is_finished(monkeypatch):
         return own(*given)
 
     monkeypatch.setattr(catalogue, "_choice", interrupted)
-    found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS))
-    assert (len(found.refused), found.missing) == (1, 4)
+    result = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(HEAD + ROWS))
+    assert (len(result.refused), result.missing) == (1, 4)
 
 
 # -- the start ---------------------------------------------------------------------------------------------------------
@@ -182,18 +182,18 @@ def line_of_shafts(load):
 
 def test_the_load_at_rest_passes_through_every_mesh():
     table = parse_catalogue(f"{LINES}\nweak,line,72,1500,10\njust,line,119.9,1500,20\nstrong,line,125,1500,30")
-    found = flywheel.suitable_motors(flywheel.load(line_of_shafts("-180 N m")), table, ratio="fixed")
-    assert [one.motor.name for one in found.suitable] == ["strong"]
-    loads = [one.load_at_start for one in (*found.suitable, *found.refused)]
+    result = flywheel.suitable_motors(flywheel.load(line_of_shafts("-180 N m")), table, ratio="fixed")
+    assert [one.motor.name for one in result.suitable] == ["strong"]
+    loads = [one.load_at_start for one in (*result.suitable, *result.refused)]
     assert loads == pytest.approx([180 / 6 / 0.5 / 0.5] * 3, rel=1e-12)
-    assert all(one.reason.startswith("cannot start the machine: starting torque ") for one in found.refused)
+    assert all(one.reason.startswith("cannot start the machine: starting torque ") for one in result.refused)
 
 
 def test_the_hardest_start_is_asked_for_by_name():
     scene = flywheel.load(line_of_shafts("-100 - 80*cos(phi - 1)"))
     table = parse_catalogue(f"{LINES}\nweak,line,115,1500,10\nstrong,line,125,1500,30")
-    found = flywheel.suitable_motors(scene, table, ratio="fixed", at="worst")
-    assert [one.motor.name for one in found.suitable] == ["strong"]
+    result = flywheel.suitable_motors(scene, table, ratio="fixed", at="worst")
+    assert [one.motor.name for one in result.suitable] == ["strong"]
     weak = flywheel.suitable_motors(scene, table, ratio="fixed", at=4.0).suitable[0]
     assert weak.motor.name == "weak"
     assert (weak.hardest_start, weak.hardest_load) == (pytest.approx(1.0, abs=0.05), pytest.approx(120.0, rel=1e-3))
@@ -209,22 +209,22 @@ def test_a_start_takes_its_time_and_its_heat():
     }
     head = HEAD.replace("inertia (kg m^2),price (EUR)", "starting_torque,starting_current,locked_rotor_time (s)")
     rows = ["none,3,1430,4,50,2.8,2,6,", "cold,3,1430,4,50,2.8,2,6,1.5", "warm,3,1430,4,50,2.8,2,6,3"]
-    found = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue("\n".join([head, *rows])))
-    motor, ratio = found.suitable[0].motor.motor, found.suitable[0].ratio
-    omega = np.linspace(0.0, min(motor.speed, 0.98 * ratio * found.suitable[0].speed), 200_001)
+    result = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue("\n".join([head, *rows])))
+    motor, ratio = result.suitable[0].motor.motor, result.suitable[0].ratio
+    omega = np.linspace(0.0, min(motor.speed, 0.98 * ratio * result.suitable[0].speed), 200_001)
     spare = 0.8 * ratio * motor.torque(omega) - 0.03 * (omega / ratio) ** 2
     slowness = 42.0 / ratio / spare
     time, heat = np.trapezoid(slowness, omega), np.trapezoid(slowness * motor.current_share(omega) ** 2, omega)
     for name in ("none", "cold", "warm"):
-        one = named(found, name)
+        one = named(result, name)
         assert one.start.time == pytest.approx(time, rel=1e-4)
         assert one.start.current_squared == pytest.approx(heat, rel=1e-4)
     assert 36 * 1.5 < heat < 36 * 3
-    assert [one.motor.name for one in found.refused] == ["cold"]
-    assert found.refused[0].reason.startswith("too hot a start: ")
-    assert f"{100 * heat / 54:.0f} % of what its locked-rotor time bears" in found.refused[0].reason
-    assert named(found, "warm").start.share == pytest.approx(heat / 108, rel=1e-4)
-    assert any("whether none bear" in note and "locked_rotor_time" in note for note in found.notes)
+    assert [one.motor.name for one in result.refused] == ["cold"]
+    assert result.refused[0].reason.startswith("too hot a start: ")
+    assert f"{100 * heat / 54:.0f} % of what its locked-rotor time bears" in result.refused[0].reason
+    assert named(result, "warm").start.share == pytest.approx(heat / 108, rel=1e-4)
+    assert any("whether none bear" in note and "locked_rotor_time" in note for note in result.notes)
     slow = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue("\n".join([head, rows[0]])), start_time=0.9 * time)
     assert slow.refused[0].reason.startswith("too slow a start: ")
 
@@ -265,8 +265,8 @@ def test_a_start_that_ends_at_the_first_stroke_is_none():
         if energy <= 0:
             break
     assert one.reason.startswith("does not get the machine through its start")
-    told = float(one.reason.split("stops at ")[1].split(" deg")[0])
-    assert told == pytest.approx(np.degrees(phi), abs=0.5)
+    output = float(one.reason.split("stops at ")[1].split(" deg")[0])
+    assert output == pytest.approx(np.degrees(phi), abs=0.5)
     assert "starts begin at crank angle 0 deg (--at names another)" in flywheel.suitable_motors(scene, table).notes
     assert flywheel.suitable_motors(scene, table, at=AFTER).suitable
 
@@ -284,8 +284,8 @@ def test_motors_are_started_as_the_scenes_own():
     }
     scene = {**line_of_shafts("-0.0001*omega**2"), "shafts": {"motor": {"ratio": 3.0}}, "flywheel": {"inertia": 30.0}}
     scene["drive"] = {"on": "motor", "motor": own | {"start": start}}
-    found = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue(f"{HEAD}\nsix,2.2,950,6,50,2.6,0,100"))
-    one = found.suitable[0]
+    result = flywheel.suitable_motors(flywheel.load(scene), parse_catalogue(f"{HEAD}\nsix,2.2,950,6,50,2.6,0,100"))
+    one = result.suitable[0]
     motor, field = one.motor.motor, one.motor.motor.synchronous_speed
     breakdown, inertia = motor.breakdown_slip, 32.0 / one.ratio**2
     switch, last = 1 - 950 / 1440 * 1350 / 1000, 1 - min(motor.speed, 0.98 * one.ratio * one.speed) / field
@@ -295,7 +295,7 @@ def test_motors_are_started_as_the_scenes_own():
         return inertia * field / (2 * motor.breakdown_torque) * ratio
 
     assert one.start.time == pytest.approx(3 * time(1.0, switch) + time(switch, last), rel=2e-3)
-    assert any("started as the scene's own (star-delta)" in note for note in found.notes)
+    assert any("started as the scene's own (star-delta)" in note for note in result.notes)
 
 
 # -- the flywheel's bounds and price -----------------------------------------------------------------------------------
@@ -355,14 +355,14 @@ even,constant,,,,,,12,,,,500
 
 
 def test_motors_of_every_type_that_has_cells_may_stand_in_a_table():
-    found = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(MIXED), at=AFTER)
-    assert [one.motor.name for one in found.suitable] == ["straight", "diesel", "kloss"]
-    assert all(one.start.time > 0 and one.heat_share is None for one in found.suitable[:2])
-    assert named(found, "ends").reason.startswith(
+    result = flywheel.suitable_motors(flywheel.load(PUNCH), parse_catalogue(MIXED), at=AFTER)
+    assert [one.motor.name for one in result.suitable] == ["straight", "diesel", "kloss"]
+    assert all(one.start.time > 0 and one.heat_share is None for one in result.suitable[:2])
+    assert named(result, "ends").reason.startswith(
         "shafts.motor.ratio: found a motor with a straight line without a rated point"
     )
-    assert named(found, "even").reason.startswith("shafts.motor.ratio: found a constant torque without a rated point")
-    for row, told in (
+    assert named(result, "even").reason.startswith("shafts.motor.ratio: found a constant torque without a rated point")
+    for row, output in (
         ("curve,table" + 10 * ",", 'line 7, type: found "table", expected a motor whose data have a cell each'),
         ("l,line,,,1500,2.2,,,,,,1", "line 7, starting_torque: found 2.2 without a unit"),
         ("i,induction,2 kW,1430 rpm,,20 N m,,,4,50,3,1", 'line 7, starting_torque: found "20 N m"'),
@@ -370,7 +370,7 @@ def test_motors_of_every_type_that_has_cells_may_stand_in_a_table():
         with pytest.raises(flywheel.SceneError) as caught:
             parse_catalogue(MIXED + row)
         assert len(caught.value.faults) == 1
-        assert told in str(caught.value)
+        assert output in str(caught.value)
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -379,7 +379,7 @@ GOOD = "A,1.5,1420,4,50,2.8,0.004,210"
 
 
 @pytest.mark.parametrize(
-    ("row", "told"),
+    ("row", "message"),
     [
         ("B,,1420,4,50,2.8,0.004,210", "line 3, power: found an empty cell"),
         (",1.5,1420,4,50,2.8,0.004,210", "line 3, name: found an empty cell"),
@@ -398,17 +398,17 @@ GOOD = "A,1.5,1420,4,50,2.8,0.004,210"
         ("A,1.5,1420,4,50,2.8,0.004,210", 'line 3, name: found "A", expected a unique name; line 2 has it'),
     ],
 )
-def test_faults_of_rows_have_their_line_and_column(row, told):
+def test_faults_of_rows_have_their_line_and_column(row, message):
     with pytest.raises(flywheel.SceneError) as caught:
         parse_catalogue(f"{HEAD}\n{GOOD}\n{row}", "m.csv")
     assert len(caught.value.faults) == 1
-    assert f"m.csv {told}" in str(caught.value) or told in str(caught.value)
+    assert f"m.csv {message}" in str(caught.value) or message in str(caught.value)
     left = parse_catalogue(f"{HEAD}\n{GOOD}\n{row}", "m.csv", skip_faulty=True)
     assert ([motor.name for motor in left.motors], len(left.faults)) == (["A"], 1)
 
 
 @pytest.mark.parametrize(
-    ("head", "told"),
+    ("head", "message"),
     [
         (HEAD.replace("breakdown_ratio", "brekdown_ratio"), 'did you mean "breakdown_ratio"?'),
         (HEAD.replace("speed (rpm),", ""), "no column speed"),
@@ -418,18 +418,18 @@ def test_faults_of_rows_have_their_line_and_column(row, told):
         (HEAD.replace("name,", ""), "no column name"),
     ],
 )
-def test_faults_of_the_header(head, told):
+def test_faults_of_the_header(head, message):
     with pytest.raises(flywheel.SceneError) as caught:
         parse_catalogue(f"{head}\n{GOOD}", "m.csv", skip_faulty=True)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_units_currencies_and_fields_in_other_forms():
     text = "Name;Power;Speed [rpm];Synchronous speed (rpm);Breakdown ratio;Price;frame\nA;1.5 kW;1420;1500;2.8;210 EUR;90L"
-    found = parse_catalogue(text)
-    motor = found.motors[0]
+    result = parse_catalogue(text)
+    motor = result.motors[0]
     assert (motor.motor.poles, motor.motor.frequency, motor.price, motor.currency) == (4, 50.0, 210.0, "EUR")
-    assert found.unused == ("frame",)
+    assert result.unused == ("frame",)
     assert parse_catalogue(text.replace("1500", "1800").replace("1420", "1720")).motors[0].motor.frequency == 60.0
     with pytest.raises(flywheel.SceneError, match="1400 rpm, expected the speed of a field at 50 Hz or 60 Hz"):
         parse_catalogue(text.replace("1500", "1400"))
@@ -440,10 +440,10 @@ def test_units_currencies_and_fields_in_other_forms():
 
 
 def test_the_table_of_the_examples_is_good():
-    found = read_catalogue(TABLE)
-    powers = sorted({motor.motor.power for motor in found.motors})
-    assert (len(found.motors), powers[0], powers[-1], found.unused) == (38, 550.0, 90000.0, ())
-    assert {motor.motor.poles for motor in found.motors} == {4, 6}
+    result = read_catalogue(TABLE)
+    powers = sorted({motor.motor.power for motor in result.motors})
+    assert (len(result.motors), powers[0], powers[-1], result.unused) == (38, 550.0, 90000.0, ())
+    assert {motor.motor.poles for motor in result.motors} == {4, 6}
     with pytest.raises(flywheel.SceneError, match=r'did you mean "motors\.csv"'):
         read_catalogue(TABLE.with_name("motor.csv"))
 
@@ -468,19 +468,19 @@ def test_the_command_prints_a_table_json_and_csv(tmp_path):
     assert text.exit_code == 0
     assert text.stdout.startswith("Suitable motors: 2 of 3\n")
     assert max(map(len, text.stdout.splitlines())) <= 80
-    found = json.loads(run("--json").stdout)
-    assert [motor["name"] for motor in found["motors"]] == ["dear", "large", "small"]
-    assert [motor["suits"] for motor in found["motors"]] == [True, True, False]
+    result = json.loads(run("--json").stdout)
+    assert [motor["name"] for motor in result["motors"]] == ["dear", "large", "small"]
+    assert [motor["suits"] for motor in result["motors"]] == [True, True, False]
     lines = run("--csv").stdout.splitlines()
     assert lines[0].startswith("name,line,price,currency,power [W]")
     assert len(lines) == 4
-    for options, told in (
+    for options, output in (
         (("--wheel-limit", "weight=3 kg"), "'weight=3 kg': one of inertia, mass, diameter once, with its bound"),
         (("--wheel-price", "mass=3 kg"), "'mass=3 kg': one of inertia, mass, diameter once, with its price"),
         (("--start-time", "soon"), "'soon' is not a time with its unit"),
     ):
         wrong = run(*options)
-        assert (wrong.exit_code, told in " ".join(wrong.stderr.split())) == (2, True)
+        assert (wrong.exit_code, output in " ".join(wrong.stderr.split())) == (2, True)
     bounded = json.loads(run("--json", "--wheel-limit", "inertia=2 kg m^2", "--wheel-price", "inertia=100").stdout)["motors"]
     assert {motor["name"]: motor["suits"] for motor in bounded} == {"large": True, "dear": False, "small": False}
     large = bounded[0]
@@ -503,10 +503,10 @@ def test_a_motor_of_the_table_is_on_the_scenes_inverter_and_a_servo_at_its_set_s
     scene = flywheel.load(PUNCH | {"drive": {"on": "motor", "motor": motor}, "regime": {}})
     fair = next(row for row in parse_catalogue(HEAD + ROWS).motors if row.name == "fair")
     crank = 220 * np.pi / 30
-    found = with_motor(scene, fair, crank)
-    assert found.motor.inverter == scene.motor.inverter
-    assert found.shafts["motor"] == pytest.approx(found.motor.rated.speed / crank)
-    assert found.motor.rated.speed > 1900 * np.pi / 30
+    result = with_motor(scene, fair, crank)
+    assert result.motor.inverter == scene.motor.inverter
+    assert result.shafts["motor"] == pytest.approx(result.motor.rated.speed / crank)
+    assert result.motor.rated.speed > 1900 * np.pi / 30
     speeds = "speed (rpm),corner_speed (rpm),maximum_speed (rpm),set_speed (rpm)"
     servo = f"name,type,{speeds},torque (N m),peak_torque (N m),efficiency"
     (row,) = parse_catalogue(f"{servo}\ns,servo,3000,2500,5000,2000,9,30,0.9\n").motors

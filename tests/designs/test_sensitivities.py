@@ -49,17 +49,17 @@ def test_derivatives_of_the_smallest_flywheel_are_those_of_designs_on_both_sides
             ("speed", low.speed, high.speed),
             ("angle_speed_max", low.angle_speed_max, high.angle_speed_max),
         ):
-            found = slopes.derivative(name, path)
+            result = slopes.derivative(name, path)
             scale = 1e-5 * slopes.values[name] / slopes.numbers[path]
-            assert math.isclose(found.value, (other - one) / (2 * step), rel_tol=1e-4, abs_tol=scale)
-            assert found.error < 1e-6 * max(abs(found.value), slopes.values[name] / slopes.numbers[path])
+            assert math.isclose(result.value, (other - one) / (2 * step), rel_tol=1e-4, abs_tol=scale)
+            assert result.error < 1e-6 * max(abs(result.value), slopes.values[name] / slopes.numbers[path])
 
 
 def test_where_two_limits_decide_the_flywheel_has_a_slope_on_each_side():
     even = flywheel.size(limited(), 1e-12, accuracy="normal").limits["irregularity"].reached
     scene = limited(irregularity=even)
     slopes = flywheel.sensitivities(scene, "flywheel.limits.motor_torque", figures=["exact"], rtol=1e-10)
-    found = slopes.derivative("exact", "flywheel.limits.motor_torque")
-    assert math.isnan(found.value)
-    assert found.left < -10.0
-    assert abs(found.right) <= 10 * found.right_error
+    result = slopes.derivative("exact", "flywheel.limits.motor_torque")
+    assert math.isnan(result.value)
+    assert result.left < -10.0
+    assert abs(result.right) <= 10 * result.right_error

@@ -71,14 +71,14 @@ def test_designs_whose_loads_are_the_same_break_at_the_same_angles_and_others_at
         "parameters.end": np.array([2.0, 2.0, 2.5, 2.0]),
         "parameters.height": np.array([30.0, 30.0, 30.0, 20.0]),
     }
-    found = flywheel.sweep(scene, columns)
-    assert found.ways.tolist() == [ALONE] * 4
+    result = flywheel.sweep(scene, columns)
+    assert result.ways.tolist() == [ALONE] * 4
     for k in range(4):
         there = {name.partition(".")[2]: float(column[k]) for name, column in columns.items()}
         alone = flywheel.size(flywheel.load({**raw, "parameters": {**raw["parameters"], **there}}), accuracy="normal")
-        assert found["exact"][k] == alone.flywheel.exact
-        assert found["energy_fluctuation"][k] == alone.energy_fluctuation
-    assert found.messages == ("4 of 4 designs were sized one by one",)
+        assert result["exact"][k] == alone.flywheel.exact
+        assert result["energy_fluctuation"][k] == alone.energy_fluctuation
+    assert result.messages == ("4 of 4 designs were sized one by one",)
 
 
 MOTOR = {"type": "induction", "power": "3 kW", "speed": "1440 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.8}
@@ -114,20 +114,22 @@ def test_motions_found_at_once_are_those_that_size_finds(changes, path, values):
     """Torques that depend on speed: every figure of the motion within both estimates, those without a flywheel as well."""
     scene = motor_driven(**changes)
     columns = {path: values, "mechanism.crank.length": np.linspace(0.08, 0.12, 12)[::-1], "load.0.from": np.full(12, 5.2)}
-    found = flywheel.sweep(scene, columns)
-    assert set(found.ways.tolist()) <= {TRACED, REFINED}
-    assert found.check.ratio <= 1.0
+    result = flywheel.sweep(scene, columns)
+    assert set(result.ways.tolist()) <= {TRACED, REFINED}
+    assert result.check.ratio <= 1.0
     for k in (0, 11):
-        sizing = flywheel.size(found.design(k), 1e-12, accuracy="normal")
-        assert math.isclose(found.speed[k], sizing.speed, rel_tol=found.error.speed[k] + 1e-12)
-        assert math.isclose(found.power[k], sizing.power, rel_tol=found.error.power[k] + 1e-12)
-        assert math.isclose(found.angle_speed_min[k], sizing.angle_speed_min, abs_tol=found.error.angle_speed_min[k] + 1e-12)
+        sizing = flywheel.size(result.design(k), 1e-12, accuracy="normal")
+        assert math.isclose(result.speed[k], sizing.speed, rel_tol=result.error.speed[k] + 1e-12)
+        assert math.isclose(result.power[k], sizing.power, rel_tol=result.error.power[k] + 1e-12)
+        assert math.isclose(
+            result.angle_speed_min[k], sizing.angle_speed_min, abs_tol=result.error.angle_speed_min[k] + 1e-12
+        )
         if sizing.flywheel.needed is not None:
-            assert found.needed[k] == sizing.flywheel.needed
-            assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=found.error.exact[k] + 1e-12)
+            assert result.needed[k] == sizing.flywheel.needed
+            assert math.isclose(result.exact[k], sizing.flywheel.exact, rel_tol=result.error.exact[k] + 1e-12)
         else:
             irregularity = sizing.simulation.irregularity
-            assert math.isclose(found.irregularity[k], irregularity, rel_tol=found.error.irregularity[k] + 1e-12)
+            assert math.isclose(result.irregularity[k], irregularity, rel_tol=result.error.irregularity[k] + 1e-12)
 
 
 def test_meshes_that_lose_half_run_far_below_the_speed_without_losses():
@@ -152,17 +154,17 @@ def test_flywheels_for_limits_found_at_once_are_those_that_size_finds(shafts):
         "flywheel.limits.irregularity": np.array([0.2, 0.2, 0.2, 0.05]),
         "mechanism.crank.length": np.array([0.12, 0.09, 0.1, 0.08]),
     }
-    found = flywheel.sweep(motor_driven(shafts=shafts, flywheel={"limits": LIMITS}), columns)
-    assert (found.ways == REFUSED).tolist() == [True, False, False, False]
-    assert set(found.ways[1:].tolist()) <= {TRACED, REFINED}
-    assert "which no flywheel achieves" in found.reasons[0]
-    assert found.check.ratio <= 1.0
-    assert sorted(found.check.designs) == [1, 2, 3]
+    result = flywheel.sweep(motor_driven(shafts=shafts, flywheel={"limits": LIMITS}), columns)
+    assert (result.ways == REFUSED).tolist() == [True, False, False, False]
+    assert set(result.ways[1:].tolist()) <= {TRACED, REFINED}
+    assert "which no flywheel achieves" in result.reasons[0]
+    assert result.check.ratio <= 1.0
+    assert sorted(result.check.designs) == [1, 2, 3]
     for k, binding in ((1, "motor_torque"), (3, "irregularity")):
-        sizing = flywheel.size(found.design(k), 1e-12, accuracy="normal")
+        sizing = flywheel.size(result.design(k), 1e-12, accuracy="normal")
         assert sizing.binding == binding
-        assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=found.error.exact[k] + 1e-12)
-        assert math.isclose(found.power[k], sizing.power, rel_tol=found.error.power[k] + 1e-12)
+        assert math.isclose(result.exact[k], sizing.flywheel.exact, rel_tol=result.error.exact[k] + 1e-12)
+        assert math.isclose(result.power[k], sizing.power, rel_tol=result.error.power[k] + 1e-12)
 
 
 def test_designs_whose_motor_stalls_are_refused_with_their_reason_among_those_that_run():
@@ -170,11 +172,11 @@ def test_designs_whose_motor_stalls_are_refused_with_their_reason_among_those_th
         "load.0.force": -np.array([5e3, 2e4, 1e6, 2e4, 4e4]),
         "flywheel.inertia": np.array([90.0, 90.0, 90.0, 1e-3, 90.0]),
     }
-    found = flywheel.sweep(motor_driven(flywheel={"inertia": 100}), columns)
-    assert (found.ways == REFUSED).tolist() == [False, False, True, True, False]
-    assert set(found.ways[[0, 1, 4]].tolist()) <= {TRACED, REFINED}
-    assert "a drive that cannot carry the mean load" in found.reasons[2]
-    assert "stalls at crank angle" in found.reasons[3]
+    result = flywheel.sweep(motor_driven(flywheel={"inertia": 100}), columns)
+    assert (result.ways == REFUSED).tolist() == [False, False, True, True, False]
+    assert set(result.ways[[0, 1, 4]].tolist()) <= {TRACED, REFINED}
+    assert "a drive that cannot carry the mean load" in result.reasons[2]
+    assert "stalls at crank angle" in result.reasons[3]
 
 
 def test_every_design_is_the_one_that_size_gives():
@@ -184,37 +186,37 @@ def test_every_design_is_the_one_that_size_gives():
         "load[0].from": np.radians([290.0, 295.0, 300.0, 305.0, 310.0]),
         EPS: np.array([0.02, 0.03, 5.0, 0.05, 0.06]),
     }
-    found = flywheel.sweep(scene, columns)
-    assert found.ways.tolist() == [0, 0, REFUSED, 0, 0]
-    assert found.reasons == {2: 'flywheel.irregularity: found 5.0, expected a value above 0 and below 2; write "5 %"'}
-    assert list(found.columns) == ["mechanism.crank.length", "load.0.from", EPS]
+    result = flywheel.sweep(scene, columns)
+    assert result.ways.tolist() == [0, 0, REFUSED, 0, 0]
+    assert result.reasons == {2: 'flywheel.irregularity: found 5.0, expected a value above 0 and below 2; write "5 %"'}
+    assert list(result.columns) == ["mechanism.crank.length", "load.0.from", EPS]
     for k in (0, 1, 3, 4):
-        sizing = flywheel.size(found.design(k), 1e-10, simulate=False)
-        assert found.design(k).loads[0].start == columns["load[0].from"][k]
-        assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=2e-11)
-        assert math.isclose(found.balance[k], sizing.balance.value, rel_tol=2e-11)
-        assert 0.0 < found.error.exact[k] <= 1e-10
-    assert np.isnan(found.exact[2])
-    assert np.isnan(found.error.exact[2])
-    assert found.reached.tolist() == [True, True, False, True, True]
-    assert found.units["balance"] == "N m"
-    assert np.isnan(found.needed[2])  # of a design that is refused nothing is known
-    assert found.needed[[0, 1, 3, 4]].tolist() == [1.0, 1.0, 1.0, 1.0]
+        sizing = flywheel.size(result.design(k), 1e-10, simulate=False)
+        assert result.design(k).loads[0].start == columns["load[0].from"][k]
+        assert math.isclose(result.exact[k], sizing.flywheel.exact, rel_tol=2e-11)
+        assert math.isclose(result.balance[k], sizing.balance.value, rel_tol=2e-11)
+        assert 0.0 < result.error.exact[k] <= 1e-10
+    assert np.isnan(result.exact[2])
+    assert np.isnan(result.error.exact[2])
+    assert result.reached.tolist() == [True, True, False, True, True]
+    assert result.units["balance"] == "N m"
+    assert np.isnan(result.needed[2])  # of a design that is refused nothing is known
+    assert result.needed[[0, 1, 3, 4]].tolist() == [1.0, 1.0, 1.0, 1.0]
 
 
 def test_a_grid_takes_all_combinations_in_their_order():
     lengths, irregularities = [0.4, 0.5, 0.6], [0.02, 0.04]
-    found = flywheel.sweep(
+    result = flywheel.sweep(
         flywheel.load(yoke()), {"mechanism.crank.length": lengths, EPS: irregularities}, grid=True, engine="size"
     )
-    assert found.shape == (3, 2)
-    assert list(zip(found["mechanism.crank.length"], found[EPS], strict=True)) == list(product(lengths, irregularities))
-    assert (found.ways == ALONE).all()
-    assert found.messages == ()
+    assert result.shape == (3, 2)
+    assert list(zip(result["mechanism.crank.length"], result[EPS], strict=True)) == list(product(lengths, irregularities))
+    assert (result.ways == ALONE).all()
+    assert result.messages == ()
 
 
 @pytest.mark.parametrize(
-    ("columns", "options", "told"),
+    ("columns", "options", "message"),
     [
         ({"flywheel.iregularity": [0.01]}, {}, 'the path of one; did you mean "flywheel.irregularity"?'),
         ({"load.3.from": [0.1]}, {}, 'the path of one; did you mean "load.0.from"?'),
@@ -233,20 +235,20 @@ def test_a_grid_takes_all_combinations_in_their_order():
         ({EPS: [0.1]}, {"chunk": 10}, "chunk: found 10, expected 1000 designs or more"),
     ],
 )
-def test_what_is_wrong_with_a_sweep_is_one_line(columns, options, told):
+def test_what_is_wrong_with_a_sweep_is_one_line(columns, options, message):
     with pytest.raises(SceneError) as raised:
         flywheel.sweep(flywheel.load(rotor()), columns, **options)
-    assert told in str(raised.value)
+    assert message in str(raised.value)
     assert len(raised.value.faults) == 1
 
 
 def test_a_number_alone_holds_for_all_designs_and_a_default_may_vary():
     scene = flywheel.load(yoke())
-    found = flywheel.sweep(
+    result = flywheel.sweep(
         scene, {EPS: [0.02, 0.04], "mechanism.phase": 0.3, "mechanism.block.mass": [0.0, 2.0]}, engine="size"
     )
-    assert found["mechanism.phase"].tolist() == [0.3, 0.3]
-    assert found.reduced_inertia_least[1] > found.reduced_inertia_least[0]
+    assert result["mechanism.phase"].tolist() == [0.3, 0.3]
+    assert result.reduced_inertia_least[1] > result.reduced_inertia_least[0]
 
 
 # -- selection -----------------------------------------------------------------------------------------------------------
@@ -273,9 +275,9 @@ def test_the_front_is_that_of_all_comparisons(dimensions):
         (((other <= point).all(axis=1)) & (other < point).any(axis=1)).any()
         for point, other in ((p, points) for p in points)
     ]
-    found = front(points)
-    assert sorted(found.tolist()) == np.flatnonzero(~np.array(beaten)).tolist()
-    assert (np.diff(points[found, 0]) >= 0.0).all()
+    result = front(points)
+    assert sorted(result.tolist()) == np.flatnonzero(~np.array(beaten)).tolist()
+    assert (np.diff(points[result, 0]) >= 0.0).all()
 
 
 # -- executors -----------------------------------------------------------------------------------------------------------
@@ -306,9 +308,9 @@ def test_threads_size_the_same(rotors, whole):
 
 
 def test_chunks_that_an_executor_loses_are_sized_again(rotors, whole):
-    found = flywheel.sweep(*rotors, executor=Loses(BrokenExecutor("it died")))
-    assert same(found, whole)
-    assert found.messages[0] == "the executor lost 2 of 3 chunks (BrokenExecutor: it died); they were sized again"
+    result = flywheel.sweep(*rotors, executor=Loses(BrokenExecutor("it died")))
+    assert same(result, whole)
+    assert result.messages[0] == "the executor lost 2 of 3 chunks (BrokenExecutor: it died); they were sized again"
 
 
 class Counts(Executor):
@@ -331,9 +333,11 @@ def test_slow_designs_go_in_chunks_of_about_a_second(rotors, whole, monkeypatch,
     monkeypatch.setattr(sweep_of_designs, "process_time", lambda: 0.1 * next(ticks))
     scene, columns = rotors
     executor = Counts()
-    found = flywheel.sweep(scene, {path: column[6:32] for path, column in columns.items()}, engine=engine, executor=executor)
+    result = flywheel.sweep(
+        scene, {path: column[6:32] for path, column in columns.items()}, engine=engine, executor=executor
+    )
     assert executor.counts == counts
-    assert np.allclose(found.exact, whole.exact[6:32], rtol=1e-9)
+    assert np.allclose(result.exact, whole.exact[6:32], rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -375,12 +379,12 @@ def _works(pid):
 
 def test_an_interrupted_sweep_keeps_what_is_finished_and_goes_on(rotors, whole, tmp_path, monkeypatch):
     file = tmp_path / "rotor.npz"
-    found = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
-    assert found.missing == 1400
-    assert found.messages[0] == f"interrupted: 1400 of 2400 designs are missing; the same sweep goes on from {file}"
-    assert np.array_equal(found.exact[:1000], whole.exact[:1000], equal_nan=True)
-    assert np.isnan(found.exact[1000:]).all()
-    assert (found.ways[1000:] == MISSING).all()
+    result = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
+    assert result.missing == 1400
+    assert result.messages[0] == f"interrupted: 1400 of 2400 designs are missing; the same sweep goes on from {file}"
+    assert np.array_equal(result.exact[:1000], whole.exact[:1000], equal_nan=True)
+    assert np.isnan(result.exact[1000:]).all()
+    assert (result.ways[1000:] == MISSING).all()
     counted = []
     sized = designs.sized
     monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
@@ -401,10 +405,10 @@ def test_designs_sized_one_by_one_are_kept_one_by_one(rotors, whole, monkeypatch
         return size(*given, **options)
 
     monkeypatch.setattr(designs, "size", third_is_interrupted)
-    found = flywheel.sweep(scene, {path: column[:9] for path, column in columns.items()}, engine="size")
-    assert found.missing == 9 - 5 - 2  # five are refused before any is sized
-    assert np.allclose(found.exact[:7], whole.exact[:7], rtol=1e-11, equal_nan=True)
-    assert found.messages == ("interrupted: 2 of 9 designs are missing",)
+    result = flywheel.sweep(scene, {path: column[:9] for path, column in columns.items()}, engine="size")
+    assert result.missing == 9 - 5 - 2  # five are refused before any is sized
+    assert np.allclose(result.exact[:7], whole.exact[:7], rtol=1e-11, equal_nan=True)
+    assert result.messages == ("interrupted: 2 of 9 designs are missing",)
 
 
 def test_a_chunk_that_fails_leaves_the_others_in_the_file(rotors, whole, tmp_path, monkeypatch):
@@ -430,8 +434,8 @@ def test_an_interrupted_table_goes_on_from_what_is_beside_it(rotors, whole, tmp_
     if ending == "parquet":
         extra("pyarrow")
     file = tmp_path / f"rotor.{ending}"
-    found = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
-    assert found.missing == 1400
+    result = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
+    assert result.missing == 1400
     counted = []
     sized = designs.sized
     monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
@@ -456,9 +460,9 @@ def test_a_sweep_that_is_interrupted_before_its_first_design_goes_on(rotors, tmp
     with monkeypatch.context() as patch:
         patch.setattr(designs, "sized", interrupted)
         assert flywheel.sweep(scene, one, file=file).missing == 40
-    found = flywheel.sweep(scene, one, file=file)
-    assert found.missing == 0
-    assert not [told for told in found.messages if "cannot be written" in told]
+    result = flywheel.sweep(scene, one, file=file)
+    assert result.missing == 0
+    assert not [output for output in result.messages if "cannot be written" in output]
     assert [each.name for each in tmp_path.iterdir()] == [file.name]
 
 
@@ -499,26 +503,26 @@ flywheel.sweep(flywheel.load(rotor()), columns, file={str(file)!r})
 @pytest.mark.parametrize("method", ["latin", "sobol", "random"])
 def test_samples_fill_their_ranges(method):
     """Of a Latin hypercube every part of a range has one; of a Sobol sequence, as many points as a power of two, too."""
-    found = sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=3)
+    result = sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=3)
     again = sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=3)
     for path, (low, high) in {EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}.items():
-        assert np.array_equal(found[path], again[path])
-        parts = np.floor((found[path] - low) / (high - low) * 64.0 * (1.0 - 1e-12))
+        assert np.array_equal(result[path], again[path])
+        parts = np.floor((result[path] - low) / (high - low) * 64.0 * (1.0 - 1e-12))
         assert parts.min() >= 0.0
         assert parts.max() <= 63.0
         assert (len(set(parts.tolist())) == 64) == (method != "random")
-    assert not np.array_equal(found[SPEED], sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=4)[SPEED])
+    assert not np.array_equal(result[SPEED], sampled({EPS: (0.01, 0.05), SPEED: (-3.0, 5.0)}, 64, method, seed=4)[SPEED])
 
 
 def test_designs_of_a_table_are_in_the_units_of_their_columns(rotors, tmp_path):
     scene = rotors[0]
     table = tmp_path / "designs.csv"
     table.write_text(f"{SPEED} [rpm],{EPS},way\n300,1 %,x\n30 rad/s,0.02,y\n600,0.5,z\n", encoding="utf-8")
-    found = read_columns(scene, table)
-    assert list(found) == [SPEED, EPS]
-    assert found[SPEED] == pytest.approx([10 * np.pi, 30.0, 20 * np.pi], rel=1e-15)
-    assert found[EPS].tolist() == [0.01, 0.02, 0.5]
-    for text, told in {
+    result = read_columns(scene, table)
+    assert list(result) == [SPEED, EPS]
+    assert result[SPEED] == pytest.approx([10 * np.pi, 30.0, 20 * np.pi], rel=1e-15)
+    assert result[EPS].tolist() == [0.01, 0.02, 0.5]
+    for text, output in {
         f"{SPEED}\n3\n4 kg\n": 'designs.csv, line 3, regime.speed: found "4 kg", expected a speed',
         f"{SPEED}\n3\n4,5\n": "designs.csv, line 3: found 2 cells, expected 1, as many as columns",
         f"{SPEED}\n": "designs.csv, line 1: found no designs, expected a header",
@@ -527,7 +531,7 @@ def test_designs_of_a_table_are_in_the_units_of_their_columns(rotors, tmp_path):
         table.write_text(text, encoding="utf-8")
         with pytest.raises(SceneError) as raised:
             read_columns(scene, table)
-        assert str(raised.value).startswith(told)
+        assert str(raised.value).startswith(output)
 
 
 def test_a_table_of_a_sweep_gives_its_designs_again(rotors, whole, tmp_path):
@@ -535,10 +539,10 @@ def test_a_table_of_a_sweep_gives_its_designs_again(rotors, whole, tmp_path):
     whole.to_csv(tmp_path / "a.csv")
     whole.to_parquet(tmp_path / "a.parquet")
     for name in ("a.csv", "a.parquet"):
-        found = read_columns(rotors[0], tmp_path / name)
-        assert list(found) == [EPS, SPEED]
-        assert np.array_equal(found[EPS], whole.columns[EPS])
-        assert np.array_equal(found[SPEED], whole.columns[SPEED])
+        result = read_columns(rotors[0], tmp_path / name)
+        assert list(result) == [EPS, SPEED]
+        assert np.array_equal(result[EPS], whole.columns[EPS])
+        assert np.array_equal(result[SPEED], whole.columns[SPEED])
 
 
 # -- files ---------------------------------------------------------------------------------------------------------------
@@ -566,10 +570,10 @@ def test_a_file_of_another_sweep_is_refused(rotors, whole, tmp_path):
             scene, {path: column[:2] for path, column in columns.items()}, file=file
         ),
     }
-    for told, call in cases.items():
+    for output, call in cases.items():
         with pytest.raises(SceneError) as raised:
             call()
-        assert told in str(raised.value)
+        assert output in str(raised.value)
         assert len(raised.value.faults) == 1
     assert file.read_bytes() == before
 
@@ -623,11 +627,12 @@ def test_figures_that_are_not_those_of_size_are_told(rotors, monkeypatch):
         return batch
 
     monkeypatch.setattr(designs, "sized", off)
-    found = flywheel.sweep(rotors[0], {EPS: np.linspace(0.01, 0.02, 20)})
-    assert found.check.figure == "exact"
-    assert set(found.check.failed) == set(found.check.designs)
+    result = flywheel.sweep(rotors[0], {EPS: np.linspace(0.01, 0.02, 20)})
+    assert result.check.figure == "exact"
+    assert set(result.check.failed) == set(result.check.designs)
     assert any(
-        "differ from those of size by more than the estimated errors: exact of design" in told for told in found.messages
+        "differ from those of size by more than the estimated errors: exact of design" in output
+        for output in result.messages
     )
 
 
@@ -649,9 +654,9 @@ def test_a_fluctuation_that_is_rounding_is_compared_with_the_work_exchanged(monk
         return batch
 
     monkeypatch.setattr(designs, "sized", rounded)
-    found = flywheel.sweep(scene, {"mechanism.crank.length": np.linspace(0.15, 0.2, 6)})
-    assert found.check is not None
-    assert not found.check.failed
+    result = flywheel.sweep(scene, {"mechanism.crank.length": np.linspace(0.15, 0.2, 6)})
+    assert result.check is not None
+    assert not result.check.failed
 
 
 def test_arrays_of_a_sweep_cannot_be_written(whole):
@@ -693,9 +698,9 @@ def test_a_worker_killed_in_mid_sweep_loses_nothing(rotors, whole):
                 os.kill(pid, signal.SIGKILL)
 
     with Killing(2, mp_context=get_context("spawn")) as pool:
-        found = flywheel.sweep(*rotors, executor=pool)
-    assert same(found, whole)
-    assert "BrokenProcessPool" in found.messages[0]
+        result = flywheel.sweep(*rotors, executor=pool)
+    assert same(result, whole)
+    assert "BrokenProcessPool" in result.messages[0]
     assert same(flywheel.sweep(*rotors, executor=2), whole)
 
 
@@ -719,11 +724,11 @@ def test_a_client_of_dask_loses_no_chunk_with_a_worker(rotors, whole):
 
         killer = threading.Thread(target=kill)
         killer.start()
-        found = flywheel.sweep(*rotors, executor=client)
+        result = flywheel.sweep(*rotors, executor=client)
         killer.join()
         assert same(flywheel.sweep(*rotors, executor=client.get_executor()), whole)
     assert killed
-    assert same(found, whole)
+    assert same(result, whole)
 
 
 @pytest.mark.slow
@@ -764,5 +769,5 @@ def test_a_cycle_that_varies_is_sized_one_by_one():
         "regime": {"speed": 30},
         "flywheel": {"irregularity": 0.01},
     }
-    found = flywheel.sweep(flywheel.load(raw), {"regime.cycle": [math.tau, 2 * math.tau]})
-    assert found.power == pytest.approx([1500.0, 750.0])
+    result = flywheel.sweep(flywheel.load(raw), {"regime.cycle": [math.tau, 2 * math.tau]})
+    assert result.power == pytest.approx([1500.0, 750.0])

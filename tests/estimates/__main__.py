@@ -20,9 +20,9 @@ def run(wanted: int, seed: int, accuracy: str = "normal") -> Iterator[Outcome]:
     """Outcomes until so many scenes were compared."""
     done = 0
     for k in count():
-        found = outcome(SPAN * seed + k, accuracy)
-        done += found.counts
-        yield found
+        result = outcome(SPAN * seed + k, accuracy)
+        done += result.counts
+        yield result
         if done >= wanted:
             return
 
@@ -96,17 +96,17 @@ def main() -> int:
         return over_ranges(chosen.count, chosen.seed)
     accuracy = chosen.against or "normal"
     if chosen.only is not None:
-        found = [outcome(chosen.only, accuracy)]
-        print(shown(found[0]))
-        return int(bool(found[0].faults))
-    found, start = [], time.monotonic()
+        result = [outcome(chosen.only, accuracy)]
+        print(shown(result[0]))
+        return int(bool(result[0].faults))
+    result, start = [], time.monotonic()
     for item in run(chosen.count, chosen.seed, accuracy):
-        found.append(item)
-        if item.faults or len(found) % 50 == 0:
-            told = f"{len(found)} scenes, {time.monotonic() - start:.0f} s"
-            print(told, f"seed {item.seed}: {'; '.join(item.faults)}" if item.faults else "", file=sys.stderr, flush=True)
-    print(summary(found))
-    return int(any(item.faults for item in found))
+        result.append(item)
+        if item.faults or len(result) % 50 == 0:
+            output = f"{len(result)} scenes, {time.monotonic() - start:.0f} s"
+            print(output, f"seed {item.seed}: {'; '.join(item.faults)}" if item.faults else "", file=sys.stderr, flush=True)
+    print(summary(result))
+    return int(any(item.faults for item in result))
 
 
 if __name__ == "__main__":

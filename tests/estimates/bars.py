@@ -28,10 +28,10 @@ def mass(draw: Random) -> float:
 def body(draw: Random, size: float, *, bent: bool = True) -> Table:
     """A body of some length: mass, inertia and centre of mass."""
     m = mass(draw)
-    found: Table = {"mass": m, "inertia": short(m * size**2 / 12), "com": short(size * draw.uniform(0, 1))}
+    result: Table = {"mass": m, "inertia": short(m * size**2 / 12), "com": short(size * draw.uniform(0, 1))}
     if bent and draw.random() < 0.4:
-        found["com_angle"] = f"{draw.randint(-180, 180)} deg"
-    return found if draw.random() < 0.85 else {}
+        result["com_angle"] = f"{draw.randint(-180, 180)} deg"
+    return result if draw.random() < 0.85 else {}
 
 
 def share(draw: Random) -> float:
@@ -115,12 +115,12 @@ def law(draw: Random) -> tuple[Table, Ports]:
 
 def link(draw: Random, size: float, **points: list[float]) -> Table:
     """A body of a linkage."""
-    found: Table = {"points": points} if points else {}
+    result: Table = {"points": points} if points else {}
     m = mass(draw)
     if m:
-        found |= {"mass": m, "inertia": short(m * size**2 / 12)}
-        found["com"] = [short(size * draw.uniform(0, 1)), short(0.2 * size * draw.uniform(-1, 1))]
-    return found
+        result |= {"mass": m, "inertia": short(m * size**2 / 12)}
+        result["com"] = [short(size * draw.uniform(0, 1)), short(0.2 * size * draw.uniform(-1, 1))]
+    return result
 
 
 def pin(name: str, one: str, two: str) -> Table:

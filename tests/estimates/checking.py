@@ -141,9 +141,9 @@ def extremes(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
     """The angles of the greatest and the least speed, to within the reference's own rounding."""
     rows, rounding = [], rounding_of_swing(sizing)
     for key in ("angle_speed_max", "angle_speed_min"):
-        found, places = getattr(sizing, key), true.get(key)
-        if found is not None and places is not None:
-            gaps = np.abs(places.angles - found)
+        result, places = getattr(sizing, key), true.get(key)
+        if result is not None and places is not None:
+            gaps = np.abs(places.angles - result)
             gap = np.minimum(gaps, sizing.scene.cycle - gaps).min()
             rows.append(Row(key, max(float(gap) - rounding, 0.0), sizing.error.extremes or 0.0, False))
     return rows
@@ -154,11 +154,11 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
     even = sizing.run is None or sizing.run.irregularity == 0.0  # then every angle is one of extreme speed
     rows = works(sizing, true) + ([] if even else extremes(sizing, true))
     if sizing.balance is not None:
-        found, wanted = sizing.balance.value, true["balance"]
-        if found:  # none at all is told by its work alone
-            rows.append(Row("balance", error(found, wanted, found), sizing.balance.error, by_rtol=False))
+        result, wanted = sizing.balance.value, true["balance"]
+        if result:  # none at all is told by its work alone
+            rows.append(Row("balance", error(result, wanted, result), sizing.balance.error, by_rtol=False))
         if true.get("effect"):
-            done = error(found, wanted, true["exchanged"] / true["effect"])
+            done = error(result, wanted, true["exchanged"] / true["effect"])
             rows.append(Row("work of the balance", done, sizing.error.work or 0.0))
     scale = scale_of(sizing, true)
     keys = {"exact": "exact", "approximate": "approximate", "approximate_total": "approximate"}
@@ -169,10 +169,10 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
             rows.append(Row(name, error(getattr(sizing.flywheel, name), true["flywheel"][name], scale), value))
     if sizing.simulation is not None and sizing.error.simulation is not None:
         for name, value in true.get("simulation", {}).items():
-            found = getattr(sizing.simulation, name)
+            result = getattr(sizing.simulation, name)
             speeds, rest = sizing.error.extreme_speeds, sizing.error.period
             own = {"irregularity": sizing.error.simulation, "speed_max": speeds, "speed_min": speeds}.get(name, rest)
-            rows.append(Row(name, error(found, value, found == 0.0), own or 0.0))  # an even motion has 0
+            rows.append(Row(name, error(result, value, result == 0.0), own or 0.0))  # an even motion has 0
     return [*rows, *outside(sizing, true)]
 
 
@@ -252,7 +252,7 @@ def moving(machine: Machine, sizing: Sizing) -> list[Row]:
         true["flywheel"]["exact"] = motion.state.inertia / ratio**2
     elif eps is not None:
         true["flywheel"]["exact"] = Real(0)
-    return [*common(sizing, true | told(motion, cycle, eps is None, sizing)), *level(motion, sizing)]
+    return [*common(sizing, true | figures_of(motion, cycle, eps is None, sizing)), *level(motion, sizing)]
 
 
 def pace_of(sizing: Sizing) -> Callable[[Any], Any]:
@@ -263,14 +263,14 @@ def pace_of(sizing: Sizing) -> Callable[[Any], Any]:
     return lambda phi: speed_over_cycle(cycle, sizing.speed, run, phi)
 
 
-def told(motion: regimes.Solved, cycle: Cycle, analysed: bool, sizing: Sizing) -> dict[str, Any]:
+def figures_of(motion: regimes.Solved, cycle: Cycle, analysed: bool, sizing: Sizing) -> dict[str, Any]:
     """The figures of a motion."""
     high, low = motion.excess
     speed = motion.w * (1 + (high + low) / 2)
     time = panels.integrals(1 / (motion.w * np.sqrt(1 + motion.state.nodes)), motion.mesh.half).sum()
-    found: dict[str, Any] = {"balance": motion.state.unknown}
+    result: dict[str, Any] = {"balance": motion.state.unknown}
     if analysed:
-        found["simulation"] = {
+        result["simulation"] = {
             "irregularity": (high - low) / (1 + (high + low) / 2),
             "speed_max": motion.w * (1 + high),
             "speed_min": motion.w * (1 + low),
@@ -279,9 +279,9 @@ def told(motion: regimes.Solved, cycle: Cycle, analysed: bool, sizing: Sizing) -
         }
     angles = motion.places.angles(motion.mesh)
     slack = 4 * max(sizing.error.exact or 0.0, sizing.error.simulation or 0.0, 1e-15) * float(np.ptp(motion.s))
-    found["angle_speed_max"] = figures.near(motion.s, motion.s.max(), angles, slack)
-    found["angle_speed_min"] = figures.near(motion.s, motion.s.min(), angles, slack)
-    return found | {"speed": speed}
+    result["angle_speed_max"] = figures.near(motion.s, motion.s.max(), angles, slack)
+    result["angle_speed_min"] = figures.near(motion.s, motion.s.min(), angles, slack)
+    return result | {"speed": speed}
 
 
 def rounding_of_level(sizing: Sizing) -> float:

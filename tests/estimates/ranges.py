@@ -44,8 +44,8 @@ def ranged(seed: int, designs: int = 12) -> Ranged | None:
     wide = copy.deepcopy(written)
     for path in varied:
         _put(wide, path, f"{known[path].value!r} {_UNITS[known[path].dimension]} ± {100 * SHARE} %")
-    found = proof.proven(flywheel.load(wide))
-    if found.reason or not varied:
+    result = proof.proven(flywheel.load(wide))
+    if result.reason or not varied:
         return None
     places = [*product((-1, 1), repeat=len(varied)), *([draw.uniform(-1, 1) for _ in varied] for _ in range(designs))]
     reached: dict[str, list[float]] = {}
@@ -54,10 +54,10 @@ def ranged(seed: int, designs: int = 12) -> Ranged | None:
         numbers = {path: known[path].number * (1 + SHARE * side) for path, side in zip(varied, place, strict=True)}
         sizing = flywheel.size(scene.with_(numbers), accuracy="normal")
         exchanged, sized = max(exchanged, sizing.cycle.exchanged if sizing.cycle else 0.0), sizing.as_dict()
-        for key in found.figures:
+        for key in result.figures:
             if (value := _at(sized, key)) is not None:
                 reached.setdefault(key, []).append(value)
-    return _compared(found.figures, reached, exchanged)
+    return _compared(result.figures, reached, exchanged)
 
 
 def _compared(figures: dict[str, tuple[float, float]], reached: dict[str, list[float]], exchanged: float) -> Ranged:

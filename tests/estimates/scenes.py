@@ -70,7 +70,7 @@ def _mechanisms(draw: Draw, scene: Scene) -> list[tuple[str, str, float]]:
             table["phase"] = degrees(draw)
         scene["mechanism"] = table
         return ports
-    found, offered = [], []
+    result, offered = [], []
     for k in range(draw.choice([2, 2, 3])):
         table, ports = bars.KINDS[draw.choice(list(bars.KINDS))](draw)
         table |= {"name": f"m{k}", "phase": degrees(draw)}
@@ -78,12 +78,12 @@ def _mechanisms(draw: Draw, scene: Scene) -> list[tuple[str, str, float]]:
             slow = draw.random() < 0.5
             scene.setdefault("shafts", {})["side"] = {"ratio": 0.5 if slow else 2.0}
             table["shaft"], scene["two turns"] = "side", slow
-        found.append(table)
+        result.append(table)
         offered += [(f"m{k}.{name}", what, size) for name, what, size in ports]
     if scene.get("two turns"):  # what is written over a turn of the crank repeats after two, and laws do not
-        offered = [port for port in offered if found[int(port[0][1])]["type"] != "law"]
-        found = [table for table in found if table["type"] != "law"]
-    scene["mechanism"] = found
+        offered = [port for port in offered if result[int(port[0][1])]["type"] != "law"]
+        result = [table for table in result if table["type"] != "law"]
+    scene["mechanism"] = result
     return offered
 
 

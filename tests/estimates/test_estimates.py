@@ -60,7 +60,7 @@ def test_no_true_error_exceeds_its_estimate(outcomes: list[Outcome]) -> None:
 def test_random_scenes_are_of_every_kind() -> None:
     scenes = [scene_of(SPAN + k) for k in range(60)]
     written = [scene["mechanism"] for scene in scenes if "mechanism" in scene]
-    tables = [table for found in written for table in (found if isinstance(found, list) else [found])]
+    tables = [table for result in written for table in (result if isinstance(result, list) else [result])]
     kinds = {"scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "linkage"}
     assert {table["type"] for table in tables} == kinds
     assert any("mechanism" not in s for s in scenes)
@@ -69,24 +69,24 @@ def test_random_scenes_are_of_every_kind() -> None:
 
 @pytest.mark.slow
 def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) -> None:
-    told = summary(outcomes).splitlines()
-    (whole,) = [line for line in told if line.strip().startswith("all ")]
+    output = summary(outcomes).splitlines()
+    (whole,) = [line for line in output if line.strip().startswith("all ")]
     assert float(whole.split("median")[1].split(",")[0]) < 60
 
 
 @pytest.mark.parametrize("seed", sample((*PROVEN, *TOUCHING, *REVERSING, *IDLE), 16))
 def test_true_values_lie_in_their_proven_intervals(seed: int) -> None:
     extra("flint")
-    found = outcome(seed, "proof")
-    assert found.proven
-    assert found.faults == ()
+    result = outcome(seed, "proof")
+    assert result.proven
+    assert result.faults == ()
 
 
 def intervals(scene: dict[str, Any]) -> dict[str, tuple[float, float]]:
-    found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
-    assert found is not None
-    assert found.figures
-    return found.figures
+    result = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert result is not None
+    assert result.figures
+    return result.figures
 
 
 @pytest.mark.parametrize("seed", sample((44000000, 44000001, 44000003, 44000004), 3))
@@ -112,9 +112,9 @@ def test_every_proven_interval_is_narrow_or_contains_zero(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", sample(FOUND, 10))
 def test_what_was_found_stays_mended(seed: int) -> None:
-    found = outcome(seed)
-    assert found.counts
-    assert found.faults == ()
+    result = outcome(seed)
+    assert result.counts
+    assert result.faults == ()
 
 
 def test_a_seed_gives_the_same_scene_again() -> None:
@@ -133,8 +133,8 @@ def test_a_scene_whose_estimates_are_too_small_is_found_out(monkeypatch: pytest.
     sized = flywheel.size
 
     def boastful(*args: Any, **options: Any) -> Any:
-        found = sized(*args, **options)
-        return replace(found, error=found.error._replace(work=0.0, extremes=0.0))
+        result = sized(*args, **options)
+        return replace(result, error=result.error._replace(work=0.0, extremes=0.0))
 
     monkeypatch.setattr(flywheel, "size", boastful)
     assert any("estimate 0" in fault for fault in outcome(SPAN + 7).faults)

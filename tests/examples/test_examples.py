@@ -116,9 +116,9 @@ def test_a_stroke_documents_itself_and_keeps_up(scene):
     loaded, text = flywheel.load(scene), scene.read_text(encoding="utf-8")
     assert text.startswith("# ")
     assert loaded.title
-    found = flywheel.single_stroke(loaded)
-    assert found.keeps_up
-    assert all(share < 1.0 for share in found.shares.values())
+    result = flywheel.single_stroke(loaded)
+    assert result.keeps_up
+    assert all(share < 1.0 for share in result.shares.values())
 
 
 def test_pinion_press_needs_the_same_swing_as_the_press_with_its_gear_inertia():
@@ -138,9 +138,9 @@ def test_three_cylinders_carry_three_times_the_load():
 def test_given_press_flywheel_lies_where_sizing_puts_it():
     given = flywheel.size(flywheel.load(MACHINES / "press_given.toml"), simulate=False)
     text = (MACHINES / "press_given.toml").read_text(encoding="utf-8")
-    asked = text.replace('inertia = "12 kg m^2"', f"irregularity = {given.simulation.irregularity!r}")
-    assert asked != text
-    (sized,) = [flywheel.size(flywheel.load(asked), simulate=False)]
+    request = text.replace('inertia = "12 kg m^2"', f"irregularity = {given.simulation.irregularity!r}")
+    assert request != text
+    (sized,) = [flywheel.size(flywheel.load(request), simulate=False)]
     assert sized.flywheel.exact == pytest.approx(12.0, rel=1e-8)
 
 
@@ -265,11 +265,11 @@ slider = { mass = "2.1 kg", offset = "15 mm" }
 
 
 def test_whitworths_lever_and_ram():
-    found = poses("whitworth")
+    result = poses("whitworth")
     lever = np.unwrap(np.arctan2(0.12 * np.sin(PHI) + 0.05, 0.12 * np.cos(PHI)))
     ram = -0.09 * np.cos(lever) + np.sqrt(0.42**2 - (0.09 * np.sin(lever)) ** 2)
-    assert found.angle("lever").value == pytest.approx(lever, abs=1e-12)
-    assert found.point("ram", (0.0, 0.0)).value[0] == pytest.approx(ram, abs=1e-12)
+    assert result.angle("lever").value == pytest.approx(lever, abs=1e-12)
+    assert result.point("ram", (0.0, 0.0)).value[0] == pytest.approx(ram, abs=1e-12)
 
 
 def test_whitworths_return_is_quick():
@@ -288,7 +288,7 @@ def test_the_geared_cranks_carry_the_ram_along_a_line():
 
 @pytest.mark.slow
 def test_the_cam_swings_the_bell_crank_by_a_cycloid():
-    found = poses("cam_press")
+    result = poses("cam_press")
     rise, dwell, fall = (math.radians(angle) for angle in (120.0, 30.0, 90.0))
 
     def cycloid(u: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -297,22 +297,22 @@ def test_the_cam_swings_the_bell_crank_by_a_cycloid():
 
     swing = math.radians(16.0)
     angle = swing * (0.5 - cycloid(PHI / rise) + cycloid((PHI - rise - dwell) / fall))
-    assert found.angle("bell_crank").value == pytest.approx(angle, abs=1e-12)
+    assert result.angle("bell_crank").value == pytest.approx(angle, abs=1e-12)
     sideways = 0.22 + 0.2 * np.cos(angle) - 0.42
     ram = 0.2 * np.sin(angle) - np.sqrt(0.26**2 - sideways**2)
-    assert found.point("ram", (0.0, 0.0)).value[1] == pytest.approx(ram, abs=1e-12)
+    assert result.point("ram", (0.0, 0.0)).value[1] == pytest.approx(ram, abs=1e-12)
 
 
 def test_the_crusher_keeps_its_lengths_and_does_the_work_of_its_stroke():
-    found = poses("six_bar")
+    result = poses("six_bar")
     ends = [
         ("pitman", (-0.1, -1.05), (-0.56, 0.3), 0.48, 0.1),
         ("jaw", (0.0, 0.0), (0.62, 1.35), 0.0, 0.0),
     ]
     for body, at, fixed, along, across in ends:
-        gap = found.point(body, at).value - np.array(fixed)[:, None]
+        gap = result.point(body, at).value - np.array(fixed)[:, None]
         assert np.hypot(*gap) == pytest.approx(np.full(PHI.size, math.hypot(along, across)), abs=1e-12)
-    gap = found.point("jaw", (-0.02, -1.05)).value - found.point("pitman", (0.06, -1.05)).value
+    gap = result.point("jaw", (-0.02, -1.05)).value - result.point("pitman", (0.06, -1.05)).value
     assert np.hypot(*gap) == pytest.approx(np.full(PHI.size, math.hypot(0.52, 0.1)), abs=1e-12)
     face = poses("six_bar", np.linspace(0.0, TURN, 5001)).point("jaw", (0.12, -0.7)).value[0]
     sized = flywheel.size(scene("six_bar"), simulate=False)
@@ -329,9 +329,9 @@ def toggled(phi: NDArray[np.float64]) -> tuple[NDArray[np.complex128], ...]:
 
 
 def test_the_toggle_stretches_at_the_bottom_of_the_stroke():
-    found, (_, knee, ram) = poses("toggle_press"), toggled(PHI)
-    assert found.point("rod", (0.79, 0.0)).value == pytest.approx(np.array([knee.real, knee.imag]), abs=1e-12)
-    assert found.point("ram", (0.0, 0.0)).value == pytest.approx(np.array([ram.real, ram.imag]), abs=1e-12)
+    result, (_, knee, ram) = poses("toggle_press"), toggled(PHI)
+    assert result.point("rod", (0.79, 0.0)).value == pytest.approx(np.array([knee.real, knee.imag]), abs=1e-12)
+    assert result.point("ram", (0.0, 0.0)).value == pytest.approx(np.array([ram.real, ram.imag]), abs=1e-12)
     assert ram.imag[0] == ram.imag.min() == pytest.approx(-0.75, abs=1e-12)
     assert np.ptp(ram.imag) == pytest.approx(0.151, abs=2e-4)
     falling = PHI.size // 2
@@ -535,21 +535,21 @@ NAMED = re.findall(r"`([a-z_/]+\.py)`, `([\w.]+)`", (ROOT / "CONTRIBUTING.md").r
 @pytest.mark.parametrize(("module", "name"), NAMED)
 def test_what_the_guide_names_is_where_it_says(module: str, name: str) -> None:
     package = "" if module.startswith("bondgraph/") else "flywheel."
-    found = import_module(package + module.removesuffix(".py").replace("/", "."))
+    result = import_module(package + module.removesuffix(".py").replace("/", "."))
     owner, _, last = name.rpartition(".")
-    place = attrgetter(owner)(found) if owner else found
+    place = attrgetter(owner)(result) if owner else result
     assert hasattr(place, last) or last in place.__annotations__
 
 
 def test_every_example_is_in_the_index_with_a_picture() -> None:
     index = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     linked = set(re.findall(r"\]\(([^)#:]+)\)", index))
-    found = {
+    result = {
         path.relative_to(ROOT / "examples").as_posix()
         for kind in ("*/*.py", "*/*.toml")
         for path in (ROOT / "examples").glob(kind)
     }
-    assert found - linked == set()
+    assert result - linked == set()
     for line in index.splitlines():
         if line.startswith("| [") and ".toml)" in line:
             assert "![" in line
@@ -581,9 +581,9 @@ def rounds(example):
 @pytest.mark.slow
 def test_every_bar_is_used_to_its_limit(example, rounds):
     sides = rounds[-1].sides
-    found = example["analysed"](sides)
+    result = example["analysed"](sides)
     for name, side in sides.items():
-        normal, moment = example["strained"](found, name, example["DENSITY"] * side**2)
+        normal, moment = example["strained"](result, name, example["DENSITY"] * side**2)
         use = (
             example["stress"](normal, moment, side) / example["ALLOWABLE"],
             example["thrust"](normal, side, example["LENGTHS"][name]),
@@ -603,15 +603,15 @@ def test_it_ends_at_the_same_bars_from_thick_ones(example, rounds):
 def test_bending_at_the_bars_first_pins_is_the_torque_there(example, rounds):
     """Bending summed from the far end equals the driving torque, zero in the coupler, and the load."""
     sides = rounds[-1].sides
-    found = example["analysed"](sides)
-    torques = {"crank": -found.action, "coupler": 0.0 * found.action, "rocker": -example["against"](found.poses)}
+    result = example["analysed"](sides)
+    torques = {"crank": -result.action, "coupler": 0.0 * result.action, "rocker": -example["against"](result.poses)}
     joints = {"crank": ("pivot", 1.0), "coupler": ("crank_pin", 1.0), "rocker": ("rocker_pivot", 1.0)}
     for name, side in sides.items():
-        normal, moment = example["strained"](found, name, example["DENSITY"] * side**2)
+        normal, moment = example["strained"](result, name, example["DENSITY"] * side**2)
         np.testing.assert_allclose(moment[0], torques[name], rtol=0, atol=1e-9 * 120)
         joint, sign = joints[name]
-        axis = np.exp(1j * found.poses.angle(name).value)
-        held = -sign * ((found.forces[joint][0] + 1j * found.forces[joint][1]) / axis).real
+        axis = np.exp(1j * result.poses.angle(name).value)
+        held = -sign * ((result.forces[joint][0] + 1j * result.forces[joint][1]) / axis).real
         np.testing.assert_allclose(normal[0], held, rtol=0, atol=1e-9 * np.abs(held).max())
 
 

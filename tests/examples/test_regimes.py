@@ -36,13 +36,13 @@ def printed(name: str, capsys: pytest.CaptureFixture[str], picture: Path | None 
 
 
 def numbers(line: str) -> list[float]:
-    found = []
+    result = []
     for word in line.split():
         try:
-            found.append(float(word))
+            result.append(float(word))
         except ValueError:
             continue
-    return found
+    return result
 
 
 class Slider(NamedTuple):
@@ -133,9 +133,9 @@ def test_punch_press_comes_round_with_the_irregularity_asked_for(press: Sizing) 
 
             run = solve_ivp(rates, (low, high), [square, time], "DOP853", rtol=1e-10, atol=1e-10, dense_output=True)
             square, time = run.y[:, -1].tolist()
-            found = np.sqrt(run.sol(np.linspace(low, high, count))[0])
-            speeds.append(found)
-            powers.append([24 * w * press_slope(0.0, w * w, wheel, False)[1] for w in found.tolist()])
+            result = np.sqrt(run.sol(np.linspace(low, high, count))[0])
+            speeds.append(result)
+            powers.append([24 * w * press_slope(0.0, w * w, wheel, False)[1] for w in result.tolist()])
     high, low = np.concatenate(speeds).max(), np.concatenate(speeds).min()
     assert square == pytest.approx(begun, rel=1e-9)
     assert 2 * (high - low) / (high + low) == pytest.approx(0.1, rel=1e-4)
@@ -282,9 +282,9 @@ def clamp_stroke(throttle: float) -> tuple[Any, Any, Any]:
     marks, first = np.linspace(1e-5, 0.5, 401), clamp_at(-0.06)  # from a little beyond: u = 2 (F + p A) s²
     push = first.force + 30e5 * 1256.64e-6
     start = [2 * push * marks[0] ** 2, marks[0] * sqrt(2 * first.mass / push)]
-    found = solve_ivp(rates, (marks[0], 0.5), start, "DOP853", marks, rtol=1e-9, atol=1e-12).y
+    result = solve_ivp(rates, (marks[0], 0.5), start, "DOP853", marks, rtol=1e-9, atol=1e-12).y
     x = marks**2 - 0.06
-    return x, np.sqrt(found[0] / [clamp_at(place).mass for place in x]), found[1]
+    return x, np.sqrt(result[0] / [clamp_at(place).mass for place in x]), result[1]
 
 
 @pytest.mark.slow
@@ -338,11 +338,11 @@ def example(name):
 
 @pytest.mark.slow
 def test_two_cranks_by_sweep_by_optimisation_and_by_hand():
-    found = example("two_cranks")
-    scene = found["flywheel"].load(DESIGNS / "two_cranks.toml")
-    angle, value = found["by_hand"]()
-    assert found["by_sweep"](scene, 49) == (pytest.approx(angle, rel=1e-12), pytest.approx(value, rel=1e-11))
-    optimum = found["by_optimisation"](scene)
+    result = example("two_cranks")
+    scene = result["flywheel"].load(DESIGNS / "two_cranks.toml")
+    angle, value = result["by_hand"]()
+    assert result["by_sweep"](scene, 49) == (pytest.approx(angle, rel=1e-12), pytest.approx(value, rel=1e-11))
+    optimum = result["by_optimisation"](scene)
     assert optimum.numbers["mechanism.1.phase"] == pytest.approx(pi, abs=1e-8)
     assert optimum.value == pytest.approx(value, rel=1e-11)
     assert optimum.confirmed
@@ -350,22 +350,25 @@ def test_two_cranks_by_sweep_by_optimisation_and_by_hand():
 
 @pytest.mark.slow
 def test_a_balance_that_flattens_the_inertia():
-    found = example("flat_inertia")
-    least = found["best"]("flywheel.exact", 8, 1)
+    result = example("flat_inertia")
+    least = result["best"]("flywheel.exact", 8, 1)
     assert least.confirmed
     assert least.value == pytest.approx(0.3407048527, rel=1e-8)
-    assert least.numbers == {found["MASS"]: pytest.approx(3.59033, rel=1e-4), found["ROD"]: pytest.approx(0.44736, rel=1e-4)}
+    assert least.numbers == {
+        result["MASS"]: pytest.approx(3.59033, rel=1e-4),
+        result["ROD"]: pytest.approx(0.44736, rel=1e-4),
+    }
 
 
 @pytest.mark.slow
 def test_the_lightest_motor_and_wheel_are_lighter_than_those_beside_them_that_are_fast_enough():
-    found = example("lightest_drive")
-    power, irregularity = found["BEST"]
-    rows = [found["row"](power * a, irregularity) for a in (1.0, 1.1)] + [found["row"](power, 0.9 * irregularity)]
+    result = example("lightest_drive")
+    power, irregularity = result["BEST"]
+    rows = [result["row"](power * a, irregularity) for a in (1.0, 1.1)] + [result["row"](power, 0.9 * irregularity)]
     both = [float(row[4]) for row in rows]
     assert both[0] == pytest.approx(71.627, abs=0.01)
     assert min(both) == both[0]
-    assert float(rows[0][5]) == pytest.approx(30 * found["SLOWEST"] / pi, rel=1e-4)
+    assert float(rows[0][5]) == pytest.approx(30 * result["SLOWEST"] / pi, rel=1e-4)
 
 
 # The press of the examples against its series equations, its sheet written out as an expression of the crank's angle.
@@ -398,8 +401,8 @@ def test_press_in_series_and_with_all_shafts_on_the_crank(capsys: pytest.Capture
         sizing = example["sized"](table)
         true = by_hand(table, sizing.flywheel.exact)
         assert true.irregularity == pytest.approx(0.15, rel=1e-9)
-        found = [getattr(sizing.energy, key) for key in ("mean_power", "peak_power", "rms_torque", "rotor_heat")]
-        assert found == pytest.approx([true.mean_power, true.peak_power, true.rms_torque, true.rotor_heat], rel=1e-9)
+        result = [getattr(sizing.energy, key) for key in ("mean_power", "peak_power", "rms_torque", "rotor_heat")]
+        assert result == pytest.approx([true.mean_power, true.peak_power, true.rms_torque, true.rotor_heat], rel=1e-9)
         means.append((true.mean_power, true.rms_torque))
     example["main"]()
     power, torque = (other / one - 1 for one, other in zip(*means, strict=True))

@@ -280,10 +280,10 @@ def on_a_line(torque: Any, slope: Any, speed: Any, *, inertia: Any = None, irreg
             return Rotor(total, fast, slow, None)
         eps = mp.mpf(irregularity)
 
-        def asked(total: Any, mean: Any) -> list[Any]:
+        def request(total: Any, mean: Any) -> list[Any]:
             return closes(total, mean * (1 + eps / 2), mean * (1 - eps / 2))
 
-        total, mean = solved(asked, inertia, speed)
+        total, mean = solved(request, inertia, speed)
         return Rotor(total, mean * (1 + eps / 2), mean * (1 - eps / 2), None)
 
 

@@ -56,26 +56,27 @@ def main() -> None:
     parser.add_argument("--only", type=int, help="try a single mutant and show it")
     parser.add_argument("--keep", type=Path, help="a folder for the files of mutants that fail (with --only: of that one)")
     parser.add_argument("--kept", action="store_true", help="try every scene that once failed instead")
-    asked = parser.parse_args()
-    if asked.kept:
+    request = parser.parse_args()
+    if request.kept:
         _all_again()
         return
-    if asked.only is not None:
-        found = mutant(asked.only)
-        print(f"{found.kind}, from {found.base}, by {way_of(asked.only)}\n{found.content[:6000].decode('utf-8', 'replace')}")
-        print(*(f"{name}: {content[:400]!r}" for name, content in found.files.items()), sep="\n")
-        if asked.keep:
-            _kept(found, asked.keep)
-        print(tried(asked.only).verdict)
+    if request.only is not None:
+        result = mutant(request.only)
+        content = result.content[:6000].decode("utf-8", "replace")
+        print(f"{result.kind}, from {result.base}, by {way_of(request.only)}\n{content}")
+        print(*(f"{name}: {content[:400]!r}" for name, content in result.files.items()), sep="\n")
+        if request.keep:
+            _kept(result, request.keep)
+        print(tried(request.only).verdict)
         return
     start, so_far = time.monotonic(), list[Tried]()
-    first = 10**6 * asked.seed
-    for each in all_tried(list(range(first, first + asked.count)), asked.jobs):
+    first = 10**6 * request.seed
+    for each in all_tried(list(range(first, first + request.count)), request.jobs):
         so_far.append(each)
         if each.verdict.outcome == "failed":
             print(f"--only {each.seed} {each.kind}, {each.way}, {each.base}: {each.verdict.detail}", flush=True)
-            if asked.keep:
-                _kept(mutant(each.seed), asked.keep / str(each.seed))
+            if request.keep:
+                _kept(mutant(each.seed), request.keep / str(each.seed))
         if len(so_far) % 500 == 0:
             print(f"{len(so_far)} tried in {time.monotonic() - start:.0f} s", flush=True)
     print(_table(so_far))

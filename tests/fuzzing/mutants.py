@@ -139,8 +139,8 @@ def put(tree: Any, path: Keys, value: Any) -> None:
 
 
 def _chosen(rng: random.Random, tree: Any, kind: type | tuple[type, ...] = object) -> Keys | None:
-    found = [path for path in places(tree) if isinstance(at(tree, path), kind) and not isinstance(at(tree, path), bool)]
-    return rng.choice(found) if found else None
+    result = [path for path in places(tree) if isinstance(at(tree, path), kind) and not isinstance(at(tree, path), bool)]
+    return rng.choice(result) if result else None
 
 
 def structure(rng: random.Random, tree: dict[str, Any]) -> None:
@@ -492,11 +492,11 @@ def any_expression(rng: random.Random) -> str:
 def expressions(rng: random.Random, tree: dict[str, Any]) -> None:
     """An expression put where a scene has a force, torque, position, or into a load that is added."""
     keys = ("force", "torque", "while", "x", "theta")
-    found = [path for path in places(tree) if path[-1] in keys and isinstance(at(tree, path), (str, int, float))]
-    found = [path for path in found if at(tree, path) != "balance"]
+    result = [path for path in places(tree) if path[-1] in keys and isinstance(at(tree, path), (str, int, float))]
+    result = [path for path in result if at(tree, path) != "balance"]
     text = any_expression(rng)
-    if found and rng.random() < 0.75:
-        put(tree, rng.choice(found), text)
+    if result and rng.random() < 0.75:
+        put(tree, rng.choice(result), text)
     else:
         loads = tree.setdefault("load", [])
         load = {"on": "crank", "torque": text}
@@ -579,10 +579,10 @@ def mutant(seed: int) -> Mutant:
     of_files = kind == "tables" or (kind == "names of files" and rng.random() < 0.7)
     base = rng.choice(with_tables() if of_files else corpus())
     steps = [kind] if kind != "pairs" else rng.choices((*_TREES, "bytes"), k=2)
-    found = Mutant(seed, kind, base.name, base.text.encode(), dict(base.files))
+    result = Mutant(seed, kind, base.name, base.text.encode(), dict(base.files))
     for step in sorted(steps, key=lambda step: step == "bytes"):
-        found = _mutated(rng, found, step)
-    return found
+        result = _mutated(rng, result, step)
+    return result
 
 
 def _mutated(rng: random.Random, found: Mutant, step: str) -> Mutant:

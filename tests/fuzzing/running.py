@@ -264,19 +264,19 @@ def _checked_faults(error: SceneError) -> str:
 
 
 def _check_sizing(sizing: Sizing) -> None:
-    found = sizing.as_dict()
-    wrong = [f"{path} = {value}" for path, value in _numbers(found) if not math.isfinite(value)]
+    result = sizing.as_dict()
+    wrong = [f"{path} = {value}" for path, value in _numbers(result) if not math.isfinite(value)]
     assert not wrong, f"not finite: {', '.join(wrong[:5])}"
-    errors = [(name, value) for name, value in _numbers(found["error"]) if value < 0]
+    errors = [(name, value) for name, value in _numbers(result["error"]) if value < 0]
     assert not errors, f"negative errors: {errors}"
     names = ("exact", "simulation", "approximate", "inertia_torque", "inertia_torque_flywheel", "work")
-    relative = [found["error"][name] for name in names]
+    relative = [result["error"][name] for name in names]
     assert sizing.reached == all(error is None or error <= sizing.rtol for error in relative)
     assert sizing.reached or sizing.messages, "not reached, and nothing said"
     assert all(message.isprintable() and len(message) < LONGEST_FAULT for message in sizing.messages), sizing.messages
     assert sizing.speed > 0, sizing.speed
     assert sizing.energy_fluctuation >= 0, sizing.energy_fluctuation
-    assert json.dumps(found, allow_nan=False)
+    assert json.dumps(result, allow_nan=False)
     assert report(sizing)
 
 
@@ -439,10 +439,10 @@ def way_of(seed: int) -> str:
 
 def tried(seed: int) -> Tried:
     """One mutant, tried."""
-    found = mutant(seed)
+    result = mutant(seed)
     way = way_of(seed)
-    verdict = judged(found, simulate=way == "time", command="" if way in ("time", "library") else way)
-    return Tried(seed, found.kind, found.base, way, verdict)
+    verdict = judged(result, simulate=way == "time", command="" if way in ("time", "library") else way)
+    return Tried(seed, result.kind, result.base, way, verdict)
 
 
 def again(name: str) -> Verdict:
@@ -491,14 +491,14 @@ class _Process:
     def said(self) -> Iterator[Tried]:
         alive = self.process.is_alive()
         while not self.results.empty():
-            found = self.results.get()
+            result = self.results.get()
             self.heard = time.monotonic()
-            if isinstance(found, int):
-                self.at = found
-                self.left.remove(found)
+            if isinstance(result, int):
+                self.at = result
+                self.left.remove(result)
             else:
                 self.at = None
-                yield found
+                yield result
         if alive and time.monotonic() - self.heard > _MOST_WORK:
             self.process.kill()
             self.process.join()
@@ -509,6 +509,6 @@ class _Process:
 
     def failure(self) -> Tried:
         assert self.at is not None
-        found = mutant(self.at)
+        result = mutant(self.at)
         detail = f"the process ended with {self.process.exitcode}, or hung"
-        return Tried(self.at, found.kind, found.base, way_of(self.at), Verdict("failed", detail, 0.0, 0.0))
+        return Tried(self.at, result.kind, result.base, way_of(self.at), Verdict("failed", detail, 0.0, 0.0))

@@ -46,14 +46,14 @@ _ONCE_FAILED = [
 
 @pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) == "library"][:60], 6))
 def test_a_mutant_is_sized_or_refused(seed):
-    found = tried(seed)
-    assert found.verdict.outcome != "failed", found.verdict.detail
+    result = tried(seed)
+    assert result.verdict.outcome != "failed", result.verdict.detail
 
 
 @pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) not in ("library", "time", "size")][:8], 3))
 def test_a_mutant_goes_through_a_command(seed):
-    found = tried(seed)
-    assert found.verdict.outcome != "failed", found.verdict.detail
+    result = tried(seed)
+    assert result.verdict.outcome != "failed", result.verdict.detail
 
 
 def test_mutants_are_the_same_every_time_and_of_every_kind():
@@ -184,10 +184,10 @@ def _by_python(text, values):
     tree = ast.parse(text, mode="eval")
     assert not any(isinstance(node, (ast.Attribute, ast.Subscript, ast.Lambda)) for node in ast.walk(tree))
     try:
-        found = eval(compile(tree, "<test>", "eval"), {"__builtins__": {}}, _PLAIN | values)
+        result = eval(compile(tree, "<test>", "eval"), {"__builtins__": {}}, _PLAIN | values)
     except (TypeError, ValueError, ZeroDivisionError, OverflowError):  # the first: a complex number compared
         return None
-    return None if isinstance(found, complex) else float(found)
+    return None if isinstance(result, complex) else float(result)
 
 
 @settings(max_examples=50, **_MORE)
@@ -197,8 +197,8 @@ def test_values_are_those_of_python(text, values):
     near = [_by_python(text, values | {name: value + 1e-10}) for name, value in values.items()]
     assume(expected is not None and None not in near)
     assume(all(abs(other - expected) <= 1e-7 * max(1.0, abs(expected)) for other in near))  # no jump, no pole
-    found = float(parse(text, frozenset({"F"})).evaluate(values, np))
-    assert math.isclose(found, expected, rel_tol=1e-10, abs_tol=1e-10), (text, values)
+    result = float(parse(text, frozenset({"F"})).evaluate(values, np))
+    assert math.isclose(result, expected, rel_tol=1e-10, abs_tol=1e-10), (text, values)
 
 
 def _decided(expression, values):
@@ -234,11 +234,11 @@ _KERNELS = [
 def test_slopes_of_every_function(text):
     values = {"phi": 1.25, "x": 2.5, "F": 0.0}
     jet = parse(text).evaluate(values | {"phi": Jet(1.25, 1.0, 0.0)}, _JETS)
-    found = jet if isinstance(jet, Jet) else Jet(jet, 0.0, 0.0)
+    result = jet if isinstance(jet, Jet) else Jet(jet, 0.0, 0.0)
     first, second = _long_slope(text, values), _long_slope(text, values, of=2)
     assert first is not None
     assert second is not None
-    assert [float(found.first), float(found.second)] == pytest.approx([first, second], rel=1e-12, abs=1e-12)
+    assert [float(result.first), float(result.second)] == pytest.approx([first, second], rel=1e-12, abs=1e-12)
 
 
 @settings(max_examples=25, **_MORE)
@@ -249,9 +249,9 @@ def test_slopes_of_jets_are_those_of_differences(text, values):
     expected = _long_slope(text, values)
     assume(expected is not None and abs(expected) < 1e12)
     jet = expression.evaluate(values | {"phi": Jet(values["phi"], 1.0, 0.0)}, _JETS)
-    found = jet.first if isinstance(jet, Jet) else 0.0
-    assume(np.isfinite(found))  # such as sqrt(phi**2) at 0, or (phi - phi)**0
-    assert math.isclose(float(found), expected, rel_tol=1e-6, abs_tol=1e-6), (text, values)
+    result = jet.first if isinstance(jet, Jet) else 0.0
+    assume(np.isfinite(result))  # such as sqrt(phi**2) at 0, or (phi - phi)**0
+    assert math.isclose(float(result), expected, rel_tol=1e-6, abs_tol=1e-6), (text, values)
 
 
 @settings(max_examples=25, **_MORE)
@@ -261,8 +261,8 @@ def test_first_and_second_slopes_agree(text, values):
     assume("phi" in expression.names and _decided(expression, values))
 
     def jet(shift):
-        found = expression.evaluate(values | {"phi": Jet(values["phi"] + shift, 1.0, 0.0)}, _JETS)
-        return found if isinstance(found, Jet) else Jet(found, 0.0, 0.0)
+        result = expression.evaluate(values | {"phi": Jet(values["phi"] + shift, 1.0, 0.0)}, _JETS)
+        return result if isinstance(result, Jet) else Jet(result, 0.0, 0.0)
 
     step = 1e-5
     near, far = ((jet(k * step).first - jet(-k * step).first) / (2 * k * step) for k in (1, 2))

@@ -58,30 +58,34 @@ def main() -> None:
     parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")
     parser.add_argument("--strokes", action="store_true", help="scenes with clutch and brake")
     parser.add_argument("--only", type=int, help="a single scene, shown with all that is said of it")
-    asked = parser.parse_args()
-    routes, kind = tuple(asked.routes), "strokes" if asked.strokes else "special" if asked.special else ""
-    if asked.only is not None:
-        scene = drawn_strokes(asked.only)[0] if asked.strokes else (special if asked.special else drawn)(asked.only).scene
+    request = parser.parse_args()
+    routes, kind = tuple(request.routes), "strokes" if request.strokes else "special" if request.special else ""
+    if request.only is not None:
+        scene = (
+            drawn_strokes(request.only)[0]
+            if request.strokes
+            else (special if request.special else drawn)(request.only).scene
+        )
         pprint.pprint(scene, width=120, sort_dicts=False)
-        for verdict in tried(asked.only, routes, kind)[1]:
+        for verdict in tried(request.only, routes, kind)[1]:
             took = f"({verdict.seconds:.2f} s, oracle {verdict.oracle:.2f} s)"
             print(f"{verdict.route}: {verdict.outcome} {took} {verdict.detail}")
         return
-    first, begun, found = 10**6 * asked.seed, time.monotonic(), list[Verdict]()
-    with multiprocessing.Pool(asked.jobs) as pool:
-        numbers = range(first, first + asked.scenes)
+    first, begun, result = 10**6 * request.seed, time.monotonic(), list[Verdict]()
+    with multiprocessing.Pool(request.jobs) as pool:
+        numbers = range(first, first + request.scenes)
         rows = (
             pool.imap_unordered(_one, [(n, routes, kind) for n in numbers])
-            if asked.jobs > 1
+            if request.jobs > 1
             else map(_one, [(n, routes, kind) for n in numbers])
         )
         for seed, verdicts in rows:
-            found += verdicts
+            result += verdicts
             for v in verdicts:
                 if v.outcome in DEFECTS:
                     print(f"--only {seed} {v.route}: {v.outcome} {v.detail}", flush=True)
-    print(table(found, asked.scenes, time.monotonic() - begun))
-    if {v.outcome for v in found} & {*DEFECTS} - {"late"}:  # what is late is so on a slow machine
+    print(table(result, request.scenes, time.monotonic() - begun))
+    if {v.outcome for v in result} & {*DEFECTS} - {"late"}:  # what is late is so on a slow machine
         raise SystemExit(1)
 
 

@@ -30,8 +30,8 @@ UNTOLD = (Undetermined, ArithmeticError, ValueError, Late)
 def tried(case: Drawn) -> list[Verdict]:
     """All verdicts on a special scene."""
     kind = kind_of(case.seed)
-    found = JUDGES[kind](case) if kind in JUDGES else judged(case)
-    return [v._replace(route=f"{kind}:{v.route}") for v in found]
+    result = JUDGES[kind](case) if kind in JUDGES else judged(case)
+    return [v._replace(route=f"{kind}:{v.route}") for v in result]
 
 
 def _words(route: str, answer: Answer) -> Verdict | None:
@@ -64,7 +64,7 @@ def _stroke(case: Drawn) -> list[Verdict]:
     rng = np.random.default_rng([case.seed, 1])
     low, high = value(case.scene["stroke"]["from"]), value(case.scene["stroke"]["to"])
     machine = Machine(turning(case.scene), inertia=0.0)
-    found = [_reduced(loaded.value, machine, low + (high - low) * rng.random(3))]
+    result = [_reduced(loaded.value, machine, low + (high - low) * rng.random(3))]
     inside, speed = low + 0.4 * (high - low) * rng.random(), case.pace * rng.uniform(-0.7, 1.3)
     until = (high - low) / case.pace
     for route, phi, omega, long in (("both", inside, speed, 0.7), ("rest", low, 0.0, 1.5)):
@@ -76,19 +76,19 @@ def _stroke(case: Drawn) -> list[Verdict]:
                 course = machine.follow(machine.start(phi, omega), plan.until, scale=plan.until)
         except UNTOLD as error:
             outcome, detail = answer.outcome or "undecided", f"oracle: {type(error).__name__} {error}; {answer.refusal}"
-            found.append(Verdict(route, outcome, answer.detail or detail, answer.seconds))
+            result.append(Verdict(route, outcome, answer.detail or detail, answer.seconds))
             continue
         ended = _ended(course, low, high, phi)
         if ended < plan.until:  # the stroke is over before
             plan = plan._replace(until=ended)
-        told: Told | None = answer.value
-        if told is not None and abs(told.t - plan.until) < 1e-7 * plan.until:
-            answer = answer._replace(value=told._replace(t=plan.until))
+        output: Told | None = answer.value
+        if output is not None and abs(output.t - plan.until) < 1e-7 * plan.until:
+            answer = answer._replace(value=output._replace(t=plan.until))
         verdict = beside({}, route, plan, answer, machine, course)
         if answer.refusal and route == "rest" and course.at(0.01 * plan.until)[0] < low:  # it is pushed out of its stroke
             verdict = verdict._replace(outcome="refused")
-        found.append(verdict._replace(oracle=time.process_time() - begun))
-    return found
+        result.append(verdict._replace(oracle=time.process_time() - begun))
+    return result
 
 
 def _reduced(loaded: Any, machine: Machine, places: Any) -> Verdict:
@@ -97,10 +97,10 @@ def _reduced(loaded: Any, machine: Machine, places: Any) -> Verdict:
     if answer.value is None:
         return Verdict("reduce", answer.outcome or "untrue", answer.detail or answer.refusal, answer.seconds)
     own = sum(o * s * s for o, s in zip(machine.own, machine.speeds, strict=True))
-    for x, told in zip(places, answer.value, strict=True):
+    for x, output in zip(places, answer.value, strict=True):
         true = own + sum(h.inertia for h in machine.bodies(float(x)))
-        if abs(float(np.squeeze(told.inertia)) - true) > 1e-9 * true:
-            return Verdict("reduce", "wrong", f"at {x:.9g}: {told.inertia} for {true:.12g}", answer.seconds)
+        if abs(float(np.squeeze(output.inertia)) - true) > 1e-9 * true:
+            return Verdict("reduce", "wrong", f"at {x:.9g}: {output.inertia} for {true:.12g}", answer.seconds)
     return Verdict("reduce", "right", "", answer.seconds)
 
 
@@ -236,13 +236,15 @@ def _uneven(case: Drawn, loaded: Any) -> list[Verdict]:
     verdict = Verdict("size", "right", "", answer.seconds)
     if "irregularity" in wheel and "balance" not in str(case.scene["drive"]):
         exact = answer.value.as_dict()["flywheel"]["exact"]
-        asked, at = wheel["irregularity"], {k: v for k, v in wheel.items() if k == "on"}
+        request, at = wheel["irregularity"], {k: v for k, v in wheel.items() if k == "on"}
         reached = _irregularity(case.scene | {"flywheel": at | {"inertia": exact}})
-        if reached is None or reached > asked * (1 + 1e-5):
-            verdict = verdict._replace(outcome="wrong", detail=f"{exact:.9g} kg m2 leaves {reached}, {asked} asked")
+        if reached is None or reached > request * (1 + 1e-5):
+            verdict = verdict._replace(outcome="wrong", detail=f"{exact:.9g} kg m2 leaves {reached}, {request} asked")
         lighter = None if exact == 0 else _irregularity(case.scene | {"flywheel": at | {"inertia": 0.99 * exact}})
-        if lighter is not None and lighter < asked * (1 - 1e-6):
-            verdict = verdict._replace(outcome="wrong", detail=f"0.99 of {exact:.9g} kg m2 leaves {lighter}, {asked} asked")
+        if lighter is not None and lighter < request * (1 - 1e-6):
+            verdict = verdict._replace(
+                outcome="wrong", detail=f"0.99 of {exact:.9g} kg m2 leaves {lighter}, {request} asked"
+            )
     return [verdict, stays(case.scene, loaded, answer.value)]
 
 
@@ -351,8 +353,8 @@ def _single(scene: Scene, phase: Scene) -> Answer:
 def _leaves(scene: Scene, figures: Any) -> Verdict:
     """The flywheel as given: every phase keeps the irregularity, and one of them does not with 0.99 of it."""
     wheel, exact = scene["flywheel"], figures["flywheel"]["exact"]
-    asked = wheel.get("irregularity", wheel.get("limits", {}).get("irregularity"))
-    if asked is None:
+    request = wheel.get("irregularity", wheel.get("limits", {}).get("irregularity"))
+    if request is None:
         return Verdict("keeps", "undecided", "no irregularity")
     at = {k: v for k, v in wheel.items() if k == "on"}
     worst, seconds = [], 0.0
@@ -367,11 +369,11 @@ def _leaves(scene: Scene, figures: Any) -> Verdict:
         if answer.value is not None:
             phases = answer.value["duty"]["phases"]
             worst.append(max(p["irregularity"] for p in phases if p["irregularity"] is not None))
-    if worst[0] > asked * (1 + 1e-5):
-        return Verdict("keeps", "wrong", f"{worst[0]:.8g} with {exact:.8g} kg m2, {asked} asked", seconds)
+    if worst[0] > request * (1 + 1e-5):
+        return Verdict("keeps", "wrong", f"{worst[0]:.8g} with {exact:.8g} kg m2, {request} asked", seconds)
     only = "irregularity" in wheel
-    if only and exact > 0 and len(worst) > 1 and worst[1] < asked * (1 - 1e-6):
-        return Verdict("keeps", "wrong", f"{worst[1]:.8g} with 0.99 of {exact:.8g} kg m2, {asked} asked", seconds)
+    if only and exact > 0 and len(worst) > 1 and worst[1] < request * (1 - 1e-6):
+        return Verdict("keeps", "wrong", f"{worst[1]:.8g} with 0.99 of {exact:.8g} kg m2, {request} asked", seconds)
     return Verdict("keeps", "right", "", seconds)
 
 

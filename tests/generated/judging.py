@@ -123,7 +123,7 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     loaded = answered(lambda: flywheel.load(given))
     if loaded.value is None:
         return [Verdict("load", loaded.outcome or "untrue", loaded.detail or loaded.refusal, loaded.seconds)]
-    found: list[Verdict] = []
+    result: list[Verdict] = []
     scene = plain(given)
     case = case._replace(scene=scene)
     wheel = scene["flywheel"]
@@ -131,7 +131,7 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     sized: Any = None
     if "size" in routes or "regime" in routes:
         verdict, sized = _sized(case, loaded.value)
-        found.append(verdict)
+        result.append(verdict)
     balance = 0.0 if sized is None or sized.balance is None else float(f"{sized.balance.value:.4g}")
     turn = 2 * math.pi / case.pace
     start = float(f"{case.pace * rng.uniform(0.2, 1.5):.4g}")
@@ -141,10 +141,10 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
         "down": Plan(start, False, 2.3 * turn, inertia, balance),
         "both": Plan(back, True, 1.3 * turn, inertia, balance, float(f"{rng.uniform(-3, 6):.4g}")),
     }
-    found += [followed(scene, loaded.value, route, plan) for route, plan in plans.items() if route in routes]
+    result += [followed(scene, loaded.value, route, plan) for route, plan in plans.items() if route in routes]
     if "regime" in routes and sized is not None:
-        found.append(_kept(scene, loaded.value, sized))
-    return found
+        result.append(_kept(scene, loaded.value, sized))
+    return result
 
 
 def followed(scene: Scene, loaded: Any, route: str, plan: Plan) -> Verdict:
@@ -252,8 +252,8 @@ def _beyond(run: Told, plan: Plan, course: Course) -> str:
         rests = [r for r in course.rests if abs(r.start - run.t) < 1e-3 * plan.until and r.end >= plan.until]
         if not rests or abs(run.phi - rests[-1].phi) > 10 * math.sqrt(said) * way:
             end = course.at(plan.until)
-            told = f"{run.reason} at {run.t:.6g} s, {run.phi:.9g} rad; true"
-            return f"{told} {end[0]:.9g} rad, {end[1]:.9g} rad/s at {plan.until:.6g} s, rests {course.rests}"
+            output = f"{run.reason} at {run.t:.6g} s, {run.phi:.9g} rad; true"
+            return f"{output} {end[0]:.9g} rad, {end[1]:.9g} rad/s at {plan.until:.6g} s, rests {course.rests}"
         return "" if abs(run.phi - rests[-1].phi) <= said * way else f"stops at {run.phi:.10g} for {rests[-1].phi:.10g} rad"
     end = course.at(plan.until)
     if abs(run.phi - end[0]) <= said * way and abs(run.omega - end[1]) <= said * fastest:
@@ -262,12 +262,12 @@ def _beyond(run: Told, plan: Plan, course: Course) -> str:
     return f"at {run.t:.6g} s {figures}, error {run.error:.2g}; rests {course.rests}"
 
 
-def _energies(told: dict[str, float], machine: Machine, end: Any, said: float) -> str:
+def _energies(sized: dict[str, float], machine: Machine, end: Any, said: float) -> str:
     """Errors of the works of elements, each by its own law; empty where all is right."""
     works = machine.works(end)
     scale = max([machine.kinetic(end), *map(abs, works.values()), 1e-300])
     for name, work in works.items():
-        other = told.get(name, 0.0)
+        other = sized.get(name, 0.0)
         if abs(other - work) > 30 * said * scale:
             return f"work of {name} {other:.10g} J for {work:.10g} J, of {scale:.4g} J"
     return ""
@@ -351,7 +351,7 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
     """Checks that the steady motion of a result repeats and has its figures, and its flywheel is the least possible."""
     figures = sizing.as_dict()
     exact, motion, errors = figures["flywheel"]["exact"], figures["simulation"], figures["error"]
-    asked = scene["flywheel"].get("irregularity")
+    request = scene["flywheel"].get("irregularity")
     inertia = scene["flywheel"].get("inertia", exact)
     machine = Machine(scene, inertia=inertia)
     if machine.timed:
@@ -361,7 +361,7 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
     omega, states = float(speed_at(sizing, 0.0)), states_at(sizing, 0.0)
     cycle = cycle_from(machine, omega, states or None)
     if cycle is None:
-        return "wrong", f"the machine told to run at {omega:.6g} rad/s with {inertia:.6g} kg m2 stops within the cycle"
+        return "wrong", f"the machine that is to run at {omega:.6g} rad/s with {inertia:.6g} kg m2 stops within the cycle"
     said = max(errors["simulation"], sizing.rtol if sizing.reached else 0.0, FLOOR)
     missed = (float(cycle.end[1]) - omega) / omega
     again = cycle_from(machine, omega * (1 + 1e-5), states or None) if not states else None
@@ -369,8 +369,8 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
     balanced = figures["balance"] is not None
     off = max(abs(missed) - CYCLE, 0.0) / (1.0 if balanced or states else max(1 - multiplier, 1e-6))
     if off > said:
-        told = f"(multiplier {multiplier:.4g}), told {errors['simulation']:.2g}"
-        return "wrong", f"the cycle from {omega:.9g} rad/s misses by {missed:.3g} {told}"
+        output = f"(multiplier {multiplier:.4g}), estimate {errors['simulation']:.2g}"
+        return "wrong", f"the cycle from {omega:.9g} rad/s misses by {missed:.3g} {output}"
     if not states and not balanced and multiplier > 1 + 1e-4:
         return "wrong", f"an unstable regime: multiplier {multiplier:.6g}"
     mean, uneven = 0.5 * (cycle.top + cycle.bottom), cycle.irregularity
@@ -382,9 +382,9 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
         return "wrong", fault
     if "limits" in scene["flywheel"]:
         return _limited(scene, figures, machine, cycle, omega)
-    if asked is None:
+    if request is None:
         return "right", ""
-    return _least(scene, sizing, figures, uneven, asked, (omega, states, balance))
+    return _least(scene, sizing, figures, uneven, request, (omega, states, balance))
 
 
 def _least(scene: Scene, sizing: Any, figures: Any, uneven: float, asked: float, start: Any) -> tuple[str, str]:
@@ -401,30 +401,30 @@ def _least(scene: Scene, sizing: Any, figures: Any, uneven: float, asked: float,
     machine.given(balance)
     if states:
         return "right", ""
-    found = settled(machine, omega, None)
-    if found is None or figures["balance"] is not None:
+    result = settled(machine, omega, None)
+    if result is None or figures["balance"] is not None:
         return "right", ""
-    lighter = found.irregularity
+    lighter = result.irregularity
     return ("right", "") if lighter > asked else ("wrong", f"0.99 of the flywheel leaves {lighter:.6g}, {asked:.6g} asked")
 
 
 def _limited(scene: Scene, figures: Any, machine: Machine, cycle: Cycle, omega: float) -> tuple[str, str]:
     """Checks that a flywheel keeps all limits, and one a hundredth smaller breaks one."""
-    asked, exact = scene["flywheel"]["limits"], figures["flywheel"]["exact"]
+    request, exact = scene["flywheel"]["limits"], figures["flywheel"]["exact"]
     reached = kept(scene, machine, cycle)
-    for name, limit in asked.items():
-        told = figures["flywheel"]["limits"][name]["reached"]
-        if abs(told - reached[name]) > 1e-6 * reached[name] + FLOOR:
-            return "wrong", f"{name} {told:.8g} for {reached[name]:.8g}"
+    for name, limit in request.items():
+        output = figures["flywheel"]["limits"][name]["reached"]
+        if abs(output - reached[name]) > 1e-6 * reached[name] + FLOOR:
+            return "wrong", f"{name} {output:.8g} for {reached[name]:.8g}"
         if reached[name] > limit * (1 + 1e-6):
             return "wrong", f"{name} {reached[name]:.8g} with {exact:.6g} kg m2, {limit:.6g} asked"
     if exact == 0.0:
         return "right", ""
     lighter = Machine(scene, inertia=0.99 * exact)
-    found = settled(lighter, omega, None)
-    if found is None or any(kept(scene, lighter, found)[name] > limit for name, limit in asked.items()):
+    result = settled(lighter, omega, None)
+    if result is None or any(kept(scene, lighter, result)[name] > limit for name, limit in request.items()):
         return "right", ""
-    return "wrong", f"0.99 of {exact:.6g} kg m2 keeps all limits: {kept(scene, lighter, found)}"
+    return "wrong", f"0.99 of {exact:.6g} kg m2 keeps all limits: {kept(scene, lighter, result)}"
 
 
 def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
@@ -438,13 +438,13 @@ def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
             rated, whole = rated_point(row)
     heats, ratio = heating(row), machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
     root, heat, (greatest, _) = driven(scene, machine, cycle, heats)
-    found = {"irregularity": cycle.irregularity, "motor_torque": greatest / rated, "motor_rms": root / rated}
+    result = {"irregularity": cycle.irregularity, "motor_torque": greatest / rated, "motor_rms": root / rated}
     if "motor_heat" in scene["flywheel"]["limits"]:
-        found["motor_heat"] = heat / (whole or heats(rated, value(row["speed"])))
+        result["motor_heat"] = heat / (whole or heats(rated, value(row["speed"])))
     if "current_pulsation" in scene["flywheel"]["limits"]:
         _, r, k, _, current = plate(row)
-        found["current_pulsation"] = k * ratio * (cycle.top - cycle.bottom) / r / current
-    return found
+        result["current_pulsation"] = k * ratio * (cycle.top - cycle.bottom) / r / current
+    return result
 
 
 def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float, float], float]) -> tuple[float, float, Any]:
@@ -460,10 +460,10 @@ def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float,
     square, heat, rows = 0.0, 0.0, []
     for p in cycle.course.pieces:
         half = 0.5 * (p.end - p.start)
-        found = np.array([pair(at, p) for at in (p.start, *(p.start + half * (1 + nodes)), p.end)])
-        square += half * float(weights @ found[1:-1, 0] ** 2)
-        heat += half * sum(w * heats(t, s) for w, (t, _, s) in zip(weights, found[1:-1].tolist(), strict=True))
-        rows.append((np.abs(found).max(axis=0), p))
+        result = np.array([pair(at, p) for at in (p.start, *(p.start + half * (1 + nodes)), p.end)])
+        square += half * float(weights @ result[1:-1, 0] ** 2)
+        heat += half * sum(w * heats(t, s) for w, (t, _, s) in zip(weights, result[1:-1].tolist(), strict=True))
+        rows.append((np.abs(result).max(axis=0), p))
     greatest = []
     for k in (0, 1):
         tops = sorted(rows, key=lambda row, k=k: -row[0][k])[:3]
@@ -474,8 +474,8 @@ def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float,
 
 def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     """Figures of the drive's power along a cycle, and of losses in meshes, that are off; empty where all is right."""
-    told, flow = figures["energy"], figures["power_flow"]
-    if told is None or flow is None or "drive" not in scene:
+    output, flow = figures["energy"], figures["power_flow"]
+    if output is None or flow is None or "drive" not in scene:
         return ""
     motor = scene["drive"].get("motor", {})
     plain_slip = motor.get("type") == "induction" and not {"electrical", "inverter"} & motor.keys()
@@ -491,13 +491,13 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     slower, now = (float(machine.torques(first.start, row, machine.bodies(y[0]), first.mode)[-1]) for row in (y, faster))
     steep = 1e6 * abs(now - slower) * ratio * y[1]
     rows = [
-        ("mean power", told["mean_power"], works["drive"] / cycle.period, scale),
-        ("peak power", abs(told["peak_power"]), peak, max(scale, peak, steep)),
-        ("rms torque", told["rms_torque"], rms, max(rms, scale / ratio / cycle.bottom)),
+        ("mean power", output["mean_power"], works["drive"] / cycle.period, scale),
+        ("peak power", abs(output["peak_power"]), peak, max(scale, peak, steep)),
+        ("rms torque", output["rms_torque"], rms, max(rms, scale / ratio / cycle.bottom)),
         ("loss in meshes", lost, works["meshes"] / cycle.period, scale),
     ]
     if plain_slip:
-        rows.append(("heat of the rotor", told["rotor_heat"], heat, max(heat, scale)))
+        rows.append(("heat of the rotor", output["rotor_heat"], heat, max(heat, scale)))
     said = 10 * max(figures["error"]["energy"] or 0.0, FLOOR)
     off = [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in rows if abs(one - true) > said * size]
     return ", ".join(off)
@@ -524,18 +524,18 @@ def heating(row: Scene) -> Callable[[float, float], float]:
 
 def settled(machine: Machine, omega: float, states: Any, rounds: int = 8) -> Cycle | None:
     """The cycle that repeats near a speed at phi = 0, by secants; None where none is found."""
-    a, found = omega, cycle_from(machine, omega, states)
-    if found is None:
+    a, result = omega, cycle_from(machine, omega, states)
+    if result is None:
         return None
-    fa = float(found.end[1]) - a
-    b = float(found.end[1]) if abs(fa) > 1e-9 * a else a * (1 + 1e-6)
+    fa = float(result.end[1]) - a
+    b = float(result.end[1]) if abs(fa) > 1e-9 * a else a * (1 + 1e-6)
     for _ in range(rounds):
-        found = cycle_from(machine, b, states)
-        if found is None:
+        result = cycle_from(machine, b, states)
+        if result is None:
             return None
-        fb = float(found.end[1]) - b
+        fb = float(result.end[1]) - b
         if abs(fb) < 1e-9 * b or fb == fa:
-            return found
+            return result
         step = -fb * (b - a) / (fb - fa)
         a, fa, b = b, fb, b + float(np.clip(step, -0.3 * b, 0.3 * b))
     return None
@@ -545,14 +545,14 @@ def _refused(case: Drawn, answer: Answer) -> Verdict:
     """Checks whether a machine that was refused runs: the oracle iterates its cycle, from a heavy flywheel on."""
     try:
         with limited(2 * LATE):
-            found = steady_without_help(case)
+            result = steady_without_help(case)
     except (Undetermined, ArithmeticError, ValueError, Late) as error:
         return Verdict("size", "undecided", f"oracle: {type(error).__name__} {error}; {answer.refusal}", answer.seconds)
-    if found is None:
+    if result is None:
         return Verdict("size", "refused", answer.refusal, answer.seconds)
-    if _OUT_OF_STEP in found and _OUT_OF_STEP in answer.refusal:
+    if _OUT_OF_STEP in result and _OUT_OF_STEP in answer.refusal:
         return Verdict("size", "refused", answer.refusal, answer.seconds)
-    return Verdict("size", "untrue", f"{found}; said: {answer.refusal}", answer.seconds)
+    return Verdict("size", "untrue", f"{result}; said: {answer.refusal}", answer.seconds)
 
 
 def steady_without_help(case: Drawn) -> str | None:
@@ -572,26 +572,26 @@ def steady_without_help(case: Drawn) -> str | None:
         states = None if machine.motor is None else machine.motor.unfed(machine.speeds[machine.driven] * speed)
         if states is not None:
             return _iterated(machine, speed, states, synchronous=scene["drive"]["motor"]["type"] == "synchronous")
-        found = settled(machine, speed, states)
-        if found is not None:
-            uneven = found.irregularity
-            ahead = cycle_from(machine, float(found.end[1]) * 1.00001, None)
-            stable = ahead is not None and float(ahead.end[1]) < float(found.end[1]) * 1.00001
+        result = settled(machine, speed, states)
+        if result is not None:
+            uneven = result.irregularity
+            ahead = cycle_from(machine, float(result.end[1]) * 1.00001, None)
+            stable = ahead is not None and float(ahead.end[1]) < float(result.end[1]) * 1.00001
             if stable:
-                return f"runs at {found.end[1]:.6g} rad/s at phi = 0 with {inertia:.6g} kg m2, irregularity {uneven:.6g}"
+                return f"runs at {result.end[1]:.6g} rad/s at phi = 0 with {inertia:.6g} kg m2, irregularity {uneven:.6g}"
     return None
 
 
 def _some_wheel(case: Drawn) -> str | None:
     """Words on a flywheel that keeps all limits, of those that are tried from heavy to light; None where none does."""
     scene, speed = unstarted(case.scene), case.pace
-    asked, own = scene["flywheel"]["limits"], case.inertia / case.speed(scene["flywheel"].get("on", "crank")) ** 2
+    request, own = scene["flywheel"]["limits"], case.inertia / case.speed(scene["flywheel"].get("on", "crank")) ** 2
     for inertia in (*(own * np.geomspace(100, 0.01, 9)), 0.0):
         machine = Machine(scene, inertia=float(inertia))
-        found = settled(machine, speed, None, 12)
-        if found is not None:
-            speed, figures = float(found.end[1]), kept(scene, machine, found)
-            if all(figures[name] < limit for name, limit in asked.items()):
+        result = settled(machine, speed, None, 12)
+        if result is not None:
+            speed, figures = float(result.end[1]), kept(scene, machine, result)
+            if all(figures[name] < limit for name, limit in request.items()):
                 return f"{inertia:.6g} kg m2 keeps all limits: {figures}"
     return None
 
@@ -614,14 +614,14 @@ def _iterated(machine: Machine, speed: float, states: Any, *, synchronous: bool)
 
 def _net(machine: Machine, speed: float) -> float:
     """The mean moment that is left at a constant speed (N m)."""
-    found = []
+    result = []
     for phi in np.linspace(0, machine.cycle, 25)[:-1] + 0.0123:
         states = [] if machine.motor is None else machine.motor.steady(machine.speeds[machine.driven] * speed)
         y = [float(phi), speed, *states]
         mode = machine.held(1e9, y, 1, (1e9, float(phi), speed))
         here = machine.bodies(float(phi))
-        found.append(machine.remainder(machine.needs(speed, here, machine.torques(1e9, y, here, mode))[1], 1))
-    return -float(np.mean(found))
+        result.append(machine.remainder(machine.needs(speed, here, machine.torques(1e9, y, here, mode))[1], 1))
+    return -float(np.mean(result))
 
 
 def _kept(scene: Scene, loaded: Any, sizing: Any) -> Verdict:

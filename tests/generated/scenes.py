@@ -126,7 +126,7 @@ def _shafts(rng: Rng, scene: Scene) -> None:
 def _mechanisms(rng: Rng, scene: Scene) -> list[tuple[str, bool]]:
     """Mechanisms of a scene; their ports, and whether each translates."""
     count = int(rng.choice([0, 0, 1, 1, 1, 1, 2]))
-    found, ports = [], []
+    result, ports = [], []
     for k in range(count):
         kind = str(rng.choice([*FAMILIES, "slider-crank", "scotch-yoke", "outputs"]))
         table, offered = _outputs(rng) if kind == "outputs" else _family(rng, kind)
@@ -140,12 +140,12 @@ def _mechanisms(rng: Rng, scene: Scene) -> list[tuple[str, bool]]:
             table["shaft"] = on = str(rng.choice(whole))
             ratio = scene["shafts"][on]["ratio"] = int(rng.integers(1, 4)) if chance(rng, 0.7) else 0.5
             scene["two turns"] = scene.get("two turns", False) or ratio == 0.5
-        found.append(table)
+        result.append(table)
         ports += [(f"{name}.{port}" if count > 1 else port, what == "force") for port, what, _ in offered]
-    if scene.get("two turns") and any(table["type"] == "law" for table in found):
+    if scene.get("two turns") and any(table["type"] == "law" for table in result):
         raise ValueError("a law would not repeat")
-    if found:
-        scene["mechanism"] = found[0] if count == 1 else found
+    if result:
+        scene["mechanism"] = result[0] if count == 1 else result
     return ports
 
 
@@ -154,8 +154,8 @@ def _family(rng: Rng, kind: str) -> tuple[Scene, Any]:
     while True:
         table, ports = bars.KINDS[kind](Random(int(rng.integers(2**31))))
         with np.errstate(invalid="ignore", divide="ignore"):  # bars that do not close have no series
-            found = Mechanism(mechanism(table, 2 * math.pi, {}, Path()), 2 * math.pi, None, {})
-        if found.series is not None and found.series[0].size < 120:
+            result = Mechanism(mechanism(table, 2 * math.pi, {}, Path()), 2 * math.pi, None, {})
+        if result.series is not None and result.series[0].size < 120:
             return table, ports
 
 
@@ -270,16 +270,16 @@ def _model(rng: Rng, what: str, effort: float, speed: float) -> Scene:
     if kind == "belt":
         return {"type": "belt", "tight": short(effort * 3), "slack": short(effort), "radius": 0.5}
     if kind == "fan":
-        found = {"type": str(rng.choice(["fan", "pump"])), what: effort, pace: speed}
-        return found | ({"constant": short(0.3 * effort)} if chance(rng, 0.5) else {})
-    found = {"type": "losses", "constant": short(effort * rng.uniform(0.2, 1))}
+        result = {"type": str(rng.choice(["fan", "pump"])), what: effort, pace: speed}
+        return result | ({"constant": short(0.3 * effort)} if chance(rng, 0.5) else {})
+    result = {"type": "losses", "constant": short(effort * rng.uniform(0.2, 1))}
     if chance(rng, 0.7):
-        found["proportional"] = (
+        result["proportional"] = (
             f"{short(0.5 * effort / speed):.6f} {unit}" if effort / speed > 0.01 else short(0.5 * effort / speed)
         )
     if chance(rng, 0.4):
-        found["quadratic"] = short(0.5 * effort / speed**2)
-    return found
+        result["quadratic"] = short(0.5 * effort / speed**2)
+    return result
 
 
 def _table(rng: Rng, effort: float) -> Scene:
@@ -349,14 +349,14 @@ def _drive(rng: Rng, scene: Scene, size: Size) -> None:
 def _taken(scene: Scene, size: Size) -> float:
     """The mean moment (N m, on the crank) that loads take at the pace."""
     machine = Machine({k: v for k, v in scene.items() if k != "drive"}, inertia=0.0)
-    found = []
+    result = []
     for phi in np.linspace(0, machine.cycle, 25)[:-1] + 0.0123:
         y = [float(phi), size.pace]
         mode = machine.held(1.0, y, 1, (1.0, float(phi), size.pace))
         here = machine.bodies(float(phi))
         _, second = machine.needs(size.pace, here, machine.torques(1.0, y, here, mode))
-        found.append(machine.remainder(second, 1))
-    return float(np.mean(found))
+        result.append(machine.remainder(second, 1))
+    return float(np.mean(result))
 
 
 def _motor(rng: Rng, torque: float, speed: float) -> Scene:
@@ -388,62 +388,70 @@ def _motor(rng: Rng, torque: float, speed: float) -> Scene:
         return {"type": "table"} | rows | {"torque": [short(1.8 * torque), short(2.4 * torque), torque, 0.0]}
     if kind.startswith("dc"):
         constant = short(200 / idle)
-        found: Scene = {
+        result: Scene = {
             "type": "dc",
             "voltage": "200 V",
             "resistance": f"{short(constant * (200 - constant * speed) / torque)} ohm",
             "constant": f"{constant} V s",
         }
         if kind == "dc inductive":
-            found["inductance"] = f"{short(volts(found['resistance']) * spread(rng, 0.02, 0.5) * 2 * math.pi / speed):.8f} H"
-        return found
+            result["inductance"] = (
+                f"{short(volts(result['resistance']) * spread(rng, 0.02, 0.5) * 2 * math.pi / speed):.8f} H"
+            )
+        return result
     if kind == "induction":
         hertz = short(1.04 * speed / math.pi)  # of four poles
         rated = short(0.96 * math.pi * hertz)
-        found = {"type": "induction", "power": short(torque * rated), "speed": rated, "poles": 4, "frequency": f"{hertz} Hz"}
-        found["breakdown_ratio"] = short(rng.uniform(1.8, 3.5), 3)
+        result = {
+            "type": "induction",
+            "power": short(torque * rated),
+            "speed": rated,
+            "poles": 4,
+            "frequency": f"{hertz} Hz",
+        }
+        result["breakdown_ratio"] = short(rng.uniform(1.8, 3.5), 3)
         if chance(rng, 0.4):
-            found["starting_torque"] = short(rng.uniform(1.1, 1.7), 3)
+            result["starting_torque"] = short(rng.uniform(1.1, 1.7), 3)
         roll = rng.random()
         if roll > 0.7:
-            return _on_inverter(rng, found, torque, rated, hertz)
+            return _on_inverter(rng, result, torque, rated, hertz)
         if roll < 0.35:
-            found["start"] = _start(rng, rated, 2 * math.pi / rated)
-        return found
+            result["start"] = _start(rng, rated, 2 * math.pi / rated)
+        return result
     if kind == "hydraulic":
         pressure, turn = 1e7, 2 * math.pi
         displacement = torque * turn / pressure / 0.9
-        found = {
+        result = {
             "type": "hydraulic",
             "displacement": f"{displacement * 1e6:.6g} cm^3",
             "flow": short(idle * displacement / turn),
         }
-        found |= {"pressure": "100 bar", "volumetric_efficiency": 0.92, "mechanical_efficiency": 0.94}
-        return found | ({"override": 0.1} if chance(rng, 0.5) else {})
+        result |= {"pressure": "100 bar", "volumetric_efficiency": 0.92, "mechanical_efficiency": 0.94}
+        return result | ({"override": 0.1} if chance(rng, 0.5) else {})
     if kind == "engine":
-        found = {"type": "engine", "speed": speed, "droop": short(rng.uniform(0.04, 0.12), 2)}
+        result = {"type": "engine", "speed": speed, "droop": short(rng.uniform(0.04, 0.12), 2)}
         if chance(rng, 0.5):
-            return found | {"torque": short(1.3 * torque), "braking_torque": short(0.2 * torque)}
+            return result | {"torque": short(1.3 * torque), "braking_torque": short(0.2 * torque)}
         full = {"speed": [short(0.4 * speed), short(0.8 * speed), short(1.1 * speed)]}
-        return found | {"full_load": full | {"torque": [short(1.2 * torque), short(1.6 * torque), short(1.3 * torque)]}}
+        return result | {"full_load": full | {"torque": [short(1.2 * torque), short(1.6 * torque), short(1.3 * torque)]}}
     if kind == "synchronous":
-        found = {
+        result = {
             "type": "synchronous",
             "power": power,
             "poles": 4,
             "frequency": f"{speed / math.pi!r} Hz",
             "pull_out_ratio": 2.2,
         }
-        return found | {"asynchronous_slip": f"{rng.integers(1, 8)} %"}
+        return result | {"asynchronous_slip": f"{rng.integers(1, 8)} %"}
     return _two_axis(torque, speed)
 
 
 def _servo(rng: Rng, torque: float, speed: float) -> Scene:
     """A servo drive that holds about a speed, by a soft or a stiff controller; its peak curve may cut it off."""
-    found: Scene = {"type": "servo", "speed": speed, "torque": torque, "set_speed": short(speed * rng.uniform(0.8, 1.1))}
-    found |= {"droop": short(spread(rng, 0.005, 0.1)), "peak_torque": short(torque * rng.uniform(1.5, 4.0))}
-    found |= {"corner_speed": short(speed * rng.uniform(0.7, 1.15)), "maximum_speed": short(1.5 * speed)}
-    return found | {"standstill_torque": short(1.2 * torque), "efficiency": 0.9, "braking": "regenerative"}
+    result: Scene = {"type": "servo", "speed": speed, "torque": torque, "set_speed": short(speed * rng.uniform(0.8, 1.1))}
+    result |= {"droop": short(spread(rng, 0.005, 0.1)), "peak_torque": short(torque * rng.uniform(1.5, 4.0))}
+    result |= {"corner_speed": short(speed * rng.uniform(0.7, 1.15)), "maximum_speed": short(1.5 * speed)}
+    return result | {"standstill_torque": short(1.2 * torque), "efficiency": 0.9, "braking": "regenerative"}
 
 
 def _on_inverter(rng: Rng, found: Scene, torque: float, rated: float, hertz: float) -> Scene:
@@ -485,13 +493,13 @@ def _two_axis(torque: float, speed: float) -> Scene:
     slip /= k
     most = max(at(s) for s in np.geomspace(0.01, 1, 400))
     speed = short(k * sync * (1 - slip))
-    found: Scene = {"type": "induction", "electrical": "two-axis", "power": short(at(slip) * speed), "speed": speed}
-    found |= {"poles": poles, "frequency": f"{k * hertz!r} Hz", "breakdown_ratio": short(most / at(slip))}
-    found["voltage"] = f"{k * u} V"
+    result: Scene = {"type": "induction", "electrical": "two-axis", "power": short(at(slip) * speed), "speed": speed}
+    result |= {"poles": poles, "frequency": f"{k * hertz!r} Hz", "breakdown_ratio": short(most / at(slip))}
+    result["voltage"] = f"{k * u} V"
     if fed:
-        found["inverter"] = {"frequency": f"{hertz} Hz", "braking": "regenerative", "overcurrent": 20}
+        result["inverter"] = {"frequency": f"{hertz} Hz", "braking": "regenerative", "overcurrent": 20}
     names = ("stator_resistance", "stator_reactance", "magnetizing_reactance", "rotor_resistance", "rotor_reactance")
-    return found | {name: f"{value} ohm" for name, value in zip(names, (rs, xs * k, xm * k, rr, xr * k), strict=True)}
+    return result | {name: f"{value} ohm" for name, value in zip(names, (rs, xs * k, xm * k, rr, xr * k), strict=True)}
 
 
 def _start(rng: Rng, rated: float, period: float) -> Scene:

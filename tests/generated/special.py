@@ -110,8 +110,8 @@ def _stroke(rng: Rng) -> tuple[Scene, float, float]:
     if slides:
         table, ports, low, high = _clamp(rng)
     else:
-        table, found = bars.KINDS[str(rng.choice(["scotch-yoke", "slider-crank", "four-bar", "crank-shaper"]))](draw)
-        ports = [(port, what == "force") for port, what, _ in found]
+        table, result = bars.KINDS[str(rng.choice(["scotch-yoke", "slider-crank", "four-bar", "crank-shaper"]))](draw)
+        ports = [(port, what == "force") for port, what, _ in result]
         low = float(rng.integers(10, 120))
         high = low + float(rng.integers(40, 200))
     scene: Scene = {"mechanism": table}
@@ -203,31 +203,31 @@ def _working(rng: Rng, size: Size, name: str) -> Scene:
     stroke = high - low
     force = size.moment * spread(rng, 0.2, 1.0) / way
     kind = str(rng.choice(["press", "punch", "indicator", "compressor"]))
-    found: Scene = {"type": kind}
+    result: Scene = {"type": kind}
     if kind in ("press", "punch"):
         thickness = short(stroke * rng.uniform(0.05, 0.25))
-        found |= {"shape": str(rng.choice(["constant", "triangular"])), "end": str(rng.choice(["max", "min"]))}
+        result |= {"shape": str(rng.choice(["constant", "triangular"])), "end": str(rng.choice(["max", "min"]))}
         if chance(rng, 0.4):
-            return found | {"energy": f"{short(force * stroke * 0.3)} J", "angle": f"{rng.integers(20, 70)} deg"}
-        found["thickness"] = thickness
+            return result | {"energy": f"{short(force * stroke * 0.3)} J", "angle": f"{rng.integers(20, 70)} deg"}
+        result["thickness"] = thickness
         if chance(rng, 0.4):
-            found["overtravel"] = short(0.2 * thickness)
+            result["overtravel"] = short(0.2 * thickness)
         if chance(rng, 0.5):
-            return found | {"energy": f"{short(force * stroke * 0.3)} J"}
+            return result | {"energy": f"{short(force * stroke * 0.3)} J"}
         strength = 4e8
-        return found | {"diameter": short(2 * force / (math.pi * thickness * strength)), "shear_strength": "400 MPa"}
-    found |= {"bore": short(math.sqrt(4 * force / math.pi / 3e5)), "side": str(rng.choice(["max", "min"]))}
+        return result | {"diameter": short(2 * force / (math.pi * thickness * strength)), "shear_strength": "400 MPa"}
+    result |= {"bore": short(math.sqrt(4 * force / math.pi / 3e5)), "side": str(rng.choice(["max", "min"]))}
     if kind == "compressor":
-        found |= {
+        result |= {
             "clearance": short(rng.uniform(0.03, 0.12), 2),
             "suction": "1 bar",
             "discharge": f"{rng.integers(3, 7)} bar",
         }
-        found |= {"exponent": 1.3} | ({"expansion_exponent": 1.2} if chance(rng, 0.5) else {})
-        return found | ({"double_acting": True, "rod": short(0.3 * found["bore"])} if chance(rng, 0.4) else {})
+        result |= {"exponent": 1.3} | ({"expansion_exponent": 1.2} if chance(rng, 0.5) else {})
+        return result | ({"double_acting": True, "rod": short(0.3 * result["bore"])} if chance(rng, 0.4) else {})
     out, back = [5.0, short(rng.uniform(3, 5)), 1.5, 1.0], [5.0, 2.0, short(rng.uniform(1, 1.4)), 1.0]
-    found |= {"position": [0.0, short(rng.uniform(0.1, 0.4)), 0.7, 1.0], "out": out, "back": back, "pressure_unit": "bar"}
-    return found | ({"gauge": True} if chance(rng, 0.3) else {})
+    result |= {"position": [0.0, short(rng.uniform(0.1, 0.4)), 0.7, 1.0], "out": out, "back": back, "pressure_unit": "bar"}
+    return result | ({"gauge": True} if chance(rng, 0.3) else {})
 
 
 def _starts(rng: Rng) -> tuple[Scene, float, float]:

@@ -214,11 +214,11 @@ def tried_strokes(seed: int) -> list[Verdict]:
     scene, plan = drawn_strokes(seed)
     begun, rates = time.monotonic(), seed % _RATED_ONE == 0
     try:
-        found = flywheel.single_stroke(flywheel.load(scene), rates=rates)
+        result = flywheel.single_stroke(flywheel.load(scene), rates=rates)
     except SceneError as error:
         return [Verdict("strokes", "refused", str(error), time.monotonic() - begun, 0.0)]
     took, begun = time.monotonic() - begun, time.monotonic()
-    plan, (speed, rest) = plan._replace(wheel=found.inertia), found.phases.begin
+    plan, (speed, rest) = plan._replace(wheel=result.inertia), result.phases.begin
     true = stroke(plan, speed, rest)
     lines = []
 
@@ -232,8 +232,8 @@ def tried_strokes(seed: int) -> list[Verdict]:
         true["motor_heat"] *= plan.rated.heat
     scales: dict[str, float] = {"lock_angle": 1.0, "wheel_energy": plan.wheel * speed**2, "brake_angle": 1.0}
     scales |= {"holding_torque": plan.brake, "power_returned": plan.wheel * speed**2 / plan.period}
-    motor = found.scene.motor
-    if found.inverter_current is None or plan.rated is None:
+    motor = result.scene.motor
+    if result.inverter_current is None or plan.rated is None:
         for name in ("inverter_current", "power_returned"):
             true.pop(name, None)
     else:
@@ -241,27 +241,27 @@ def tried_strokes(seed: int) -> list[Verdict]:
         returned = true["power_returned"]
         tripped += ["overvoltage"] * bool(motor.inverter.braking == "none" and returned > 1e-9 * motor.rated.power)
         tripped += ["chopper_power"] * bool(motor.inverter.braking == "resistor" and returned > motor.inverter.chopper_power)
-        if tripped != [trip.kind for trip in found.trips]:
-            lines.append(f"trips {[trip.kind for trip in found.trips]}, beside {tripped}")
+        if tripped != [trip.kind for trip in result.trips]:
+            lines.append(f"trips {[trip.kind for trip in result.trips]}, beside {tripped}")
     for name, right in true.items():
-        value: Any = found.figures[name]
-        compare(name, value, right, found.error[name], max(abs(right), scales.get(name, 0.0)))
-    compare("energy that is missing", found.energy_residual, 0.0, found.error["energy_residual"], 1.0)
-    if rates and found.decides in shares(plan, true):
-        for way in (-1.0, 1.0) if found.greatest_rate else (1.0,):  # a little slower all is within, a little faster not
-            rate = found.greatest_rate + way * (found.error["greatest_rate"] + _RATE * found.greatest_rate)
-            rate = rate or _SLOW * found.rate
+        value: Any = result.figures[name]
+        compare(name, value, right, result.error[name], max(abs(right), scales.get(name, 0.0)))
+    compare("energy that is missing", result.energy_residual, 0.0, result.error["energy_residual"], 1.0)
+    if rates and result.decides in shares(plan, true):
+        for way in (-1.0, 1.0) if result.greatest_rate else (1.0,):  # a little slower all is within, a little faster not
+            rate = result.greatest_rate + way * (result.error["greatest_rate"] + _RATE * result.greatest_rate)
+            rate = rate or _SLOW * result.rate
             there = plan._replace(period=plan.turns / rate)
             most = max(shares(there, returning(there, speed, rest)).values())
             if (most > 1.0) != (way > 0.0):
-                lines.append(f"greatest rate {found.greatest_rate!r}, {most!r} of the limit at {rate!r}")
-    if found.limits:
-        asked = {name: limit.requirement for name, limit in found.limits.items()}
+                lines.append(f"greatest rate {result.greatest_rate!r}, {most!r} of the limit at {rate!r}")
+    if result.limits:
+        request = {name: limit.requirement for name, limit in result.limits.items()}
         for way in (-1.0, 1.0):  # a little lighter it breaks the limit that decides, a little heavier it keeps all
-            inertia = found.inertia + way * (found.error["inertia"] + _WHEEL * found.inertia)
+            inertia = result.inertia + way * (result.error["inertia"] + _WHEEL * result.inertia)
             there = plan._replace(wheel=inertia)
-            beyond = over_limits(there, returning(there, speed, rest), asked)
-            if (beyond[found.binding] > 1.0) == (way > 0.0) or (way > 0.0 and max(beyond.values()) > 1.0):
-                lines.append(f"flywheel {found.inertia!r} by {found.binding}, {beyond} of the limits with {inertia!r}")
+            beyond = over_limits(there, returning(there, speed, rest), request)
+            if (beyond[result.binding] > 1.0) == (way > 0.0) or (way > 0.0 and max(beyond.values()) > 1.0):
+                lines.append(f"flywheel {result.inertia!r} by {result.binding}, {beyond} of the limits with {inertia!r}")
     outcome = "wrong" if lines else "right"
     return [Verdict("strokes", outcome, "; ".join(lines), took, time.monotonic() - begun)]

@@ -29,16 +29,16 @@ NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when
 
 def defects(seed: int, routes: tuple[str, ...]) -> list[str]:
     """Defects of a scene on some routes, which `python -m tests.generated --only SEED` shows."""
-    found = judged(drawn(seed), routes)
-    return [f"--only {seed} {v.route}: {v.outcome} {v.detail}" for v in found if v.outcome in DEFECTS and v.outcome != LATE]
+    result = judged(drawn(seed), routes)
+    return [f"--only {seed} {v.route}: {v.outcome} {v.detail}" for v in result if v.outcome in DEFECTS and v.outcome != LATE]
 
 
 def seldom(seed: int) -> list[str]:
     """Defects of a special scene, which `--special --only SEED` shows."""
-    found = identities.tried(special(seed))
+    result = identities.tried(special(seed))
     return [
         f"--special --only {seed} {v.route}: {v.outcome} {v.detail}"
-        for v in found
+        for v in result
         if v.outcome in DEFECTS and v.outcome != LATE
     ]
 
@@ -58,8 +58,8 @@ def test_special_scenes(seed: int) -> None:
 @pytest.mark.parametrize("seed", STROKES)
 def test_strokes(seed: int) -> None:
     """By clutch and brake; the stroke that returns, its heats, torques and speeds."""
-    (found,) = tried_strokes(seed)
-    assert (found.outcome, found.detail) == ("right", "")
+    (result,) = tried_strokes(seed)
+    assert (result.outcome, result.detail) == ("right", "")
 
 
 @pytest.mark.slow
@@ -68,19 +68,19 @@ def test_the_stroke_that_returns_is_the_last_of_a_hundred() -> None:
     scene, drawn_plan = drawn_strokes(ROW)
     plan = drawn_plan._replace(motor=lambda omega: 3.0 * drawn_plan.motor(omega))
     scene["drive"]["motor"]["power"] *= 3.0
-    found = flywheel.single_stroke(flywheel.load(scene), rates=False)
-    speed, rest = found.strokes.typical * plan.ratio, 0.0
+    result = flywheel.single_stroke(flywheel.load(scene), rates=False)
+    speed, rest = result.strokes.typical * plan.ratio, 0.0
     for _ in range(100):
         before, last = speed, stroke(plan, speed, rest)
         speed, rest = last.pop("speed"), last.pop("rest") - TURN
         if abs(speed - before) < 1e-11 * speed:
             break
-    assert abs(speed / (found.strokes.typical * plan.ratio) - 1.0) > 0.005  # the idling wheel is not it
-    assert found.phases.begin == pytest.approx((speed, rest), rel=1e-8)
-    last["motor_heat"] *= found.scene.motor.rated_total_heat
+    assert abs(speed / (result.strokes.typical * plan.ratio) - 1.0) > 0.005  # the idling wheel is not it
+    assert result.phases.begin == pytest.approx((speed, rest), rel=1e-8)
+    last["motor_heat"] *= result.scene.motor.rated_total_heat
     for name, right in last.items():
-        if (value := found.figures[name]) is not None:  # no inverter
-            assert abs(value - right) <= found.error[name] + 1e-8 * abs(right), name
+        if (value := result.figures[name]) is not None:  # no inverter
+            assert abs(value - right) <= result.error[name] + 1e-8 * abs(right), name
 
 
 @pytest.mark.slow

@@ -19,8 +19,8 @@ from tests.page.browsers import EXAMPLES
 
 @pytest.mark.parametrize("language", texts.languages())
 def test_no_text_of_report_or_page_lacks_its_translation(language):
-    found = texts.findings(texts.marked(), language)
-    assert found == []
+    result = texts.findings(texts.marked(), language)
+    assert result == []
 
 
 FIRST_WORDS = re.compile(
@@ -31,15 +31,15 @@ FIRST_WORDS = re.compile(
 
 
 def test_a_function_says_what_it_does_or_returns():
-    found = []
+    result = []
     for path in (*texts.PACKAGE.rglob("*.py"), *(texts.ROOT / "bondgraph").rglob("*.py")):
         source = path.read_text("utf-8")
         suspect = re.search(r'"""\s*' + FIRST_WORDS.pattern, source)  # only then is it worth the time of a parse
         for node in ast.walk(ast.parse(source)) if suspect else ():
             text = (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
             if FIRST_WORDS.match(text):
-                found.append(f"{path.relative_to(texts.ROOT)}:{node.lineno}: {text.splitlines()[0]}")
-    assert found == []
+                result.append(f"{path.relative_to(texts.ROOT)}:{node.lineno}: {text.splitlines()[0]}")
+    assert result == []
 
 
 @pytest.mark.slow
@@ -110,9 +110,9 @@ def test_a_module_is_read_by_the_names_it_imports():
         "from flywheel.language import text as _\nfrom flywheel import language\n"
         '_("a {n} " "b", n=1)\nlanguage.text("c")\n_(x)\nother.text("d")\ntext("e")\n'
     )
-    found = list(texts.module_texts(source, "m"))
-    assert [(text.text, text.values) for text in found] == [("a {n} b", {"n"}), ("c", frozenset()), ("", None)]
-    assert [bool(text.fault) for text in found] == [False, False, True]
+    result = list(texts.module_texts(source, "m"))
+    assert [(text.text, text.values) for text in result] == [("a {n} b", {"n"}), ("c", frozenset()), ("", None)]
+    assert [bool(text.fault) for text in result] == [False, False, True]
 
 
 @pytest.mark.parametrize(
@@ -126,20 +126,20 @@ def test_a_module_is_read_by_the_names_it_imports():
     ],
 )
 def test_a_script_is_read_without_its_comments(written, text, values):
-    (found,) = texts.one_script(f'// _("no")\nawait answer.text(); /* text("no") */ {written}', "x.js")
-    assert (found.text, found.values, found.fault) == (text, values, "")
+    (result,) = texts.one_script(f'// _("no")\nawait answer.text(); /* text("no") */ {written}', "x.js")
+    assert (result.text, result.values, result.fault) == (text, values, "")
 
 
 def test_a_script_that_marks_a_name_is_told():
     source = "export function text(message) {}\nhost.append(text(label));"
-    (found,) = texts.one_script(source, "x.js")
-    assert found.place == "x.js:2"
-    assert found.fault
+    (result,) = texts.one_script(source, "x.js")
+    assert result.place == "x.js:2"
+    assert result.fault
 
 
 def test_html_gives_texts_and_labels_but_not_what_is_kept():
     page = '<p title="A b">Hello <b translate="no">X</b> you<br> all</p><script>var x</script><svg><text>z</text></svg>'
-    assert [found.text for found in texts.one_html(page, "i.html")] == ["A b", "Hello", "you", "all"]
+    assert [result.text for result in texts.one_html(page, "i.html")] == ["A b", "Hello", "you", "all"]
 
 
 def test_a_catalogue_gives_all_its_entries(tmp_path):
@@ -168,8 +168,8 @@ STAY = re.compile(r"Se:slider\.|MSe:drive\.torque|\w+ \([\w-]+\)")  # names of b
 
 def test_what_is_the_same_in_both_languages_is_told():
     page = '<h1 title="the same label">%s</h1><p>crank_pin</p><p>my own press</p><svg><text>turns a minute</text></svg>'
-    found = texts.left(page % "one two", page % "uno dos", 'title = "my own press"')
-    assert found == ["the same label", "turns a minute"]
+    result = texts.left(page % "one two", page % "uno dos", 'title = "my own press"')
+    assert result == ["the same label", "turns a minute"]
 
 
 @pytest.mark.slow
@@ -195,8 +195,8 @@ def test_no_text_of_a_report_is_left_in_english(name):
 def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
     picture = tmp_path / "picture.svg"
     scene = EXAMPLES / "machines/press_given.toml"
-    found = CliRunner().invoke(main, [command[0], str(scene), *command[1:], "--language", "es", "--plot", str(picture)])
-    assert found.exit_code == 0, found.output
+    result = CliRunner().invoke(main, [command[0], str(scene), *command[1:], "--language", "es", "--plot", str(picture)])
+    assert result.exit_code == 0, result.output
     drawn = " ".join(re.findall(r">([^<>]+)</", picture.read_text("utf-8")))
     assert spanish in drawn
     assert english not in drawn.lower()
@@ -228,8 +228,8 @@ def test_a_picture_is_drawn_in_spanish(command, spanish, english, tmp_path):
 def test_a_terminal_is_answered_in_its_language(arguments, spanish, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text(starters.starter("slider-crank"))
-    found = CliRunner().invoke(main, arguments)
-    assert found.exit_code in (1, 2)
-    assert found.stderr.splitlines()[-1].startswith(spanish)
-    usage = found.stderr.splitlines()[0]
-    assert usage.startswith(f"Uso: main {arguments[0]} ") or found.exit_code == 1
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code in (1, 2)
+    assert result.stderr.splitlines()[-1].startswith(spanish)
+    usage = result.stderr.splitlines()[0]
+    assert usage.startswith(f"Uso: main {arguments[0]} ") or result.exit_code == 1

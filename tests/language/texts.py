@@ -324,7 +324,7 @@ def shown(source: str) -> list[str]:
     page = _LivePage("page")
     page.feed(source)
     page.close()
-    return [found.text for found in page.found]
+    return [result.text for result in page.found]
 
 
 def left(english: str, translated: str, scene: str) -> list[str]:
@@ -340,8 +340,8 @@ def left(english: str, translated: str, scene: str) -> list[str]:
 
 def _words(text: str) -> list[str]:
     """The words of a text, without units and names such as crank_pin or crank.length."""
-    found = re.findall(r"(?<![\w.:])[A-Za-z]{2,}(?![\w*:]|\.\w)", text)
-    return [word for word in found if word not in _STAY]
+    result = re.findall(r"(?<![\w.:])[A-Za-z]{2,}(?![\w*:]|\.\w)", text)
+    return [word for word in result if word not in _STAY]
 
 
 # -- catalogues --------------------------------------------------------------------------------------------------------

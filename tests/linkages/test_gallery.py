@@ -81,12 +81,12 @@ def test_peaucellier_draws_a_straight_line_from_every_start(phi: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "told", sample(map(pytest.param, [(), ("upper arm", "far upper"), ("lower arm", "far lower", "near lower")]), 3)
+    "guessed", sample(map(pytest.param, [(), ("upper arm", "far upper"), ("lower arm", "far lower", "near lower")]), 3)
 )
-def test_few_guesses_or_sides_choose_among_peaucelliers_four_assemblies(told: tuple[str, ...]) -> None:
+def test_few_guesses_or_sides_choose_among_peaucelliers_four_assemblies(guessed: tuple[str, ...]) -> None:
     drawing = peaucellier(0.3)
-    request = roughly(drawing, 0.05, told)
-    if not told:
+    request = roughly(drawing, 0.05, guessed)
+    if not guessed:
         with pytest.raises(SceneError, match=r"found 4 assemblies that fit with Q at 17\.1887 deg"):
             solve(request, 0.2, 0.4)
         arm = Side(("upper arm", "A"), ("frame", "O"), ("crank", "C"), 1)

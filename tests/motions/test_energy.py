@@ -65,9 +65,9 @@ def slider_crank(q):
 @pytest.mark.parametrize("scene", scenes.ALL.values())
 def test_shares_sum_to_one(scene):
     loaded = flywheel.load(scene())
-    found = shares(loaded, PHI, flywheel=2.0)
-    assert_allclose(sum(found.values()), 1.0, rtol=1e-14)
-    assert all((share >= 0).all() for share in found.values())
+    result = shares(loaded, PHI, flywheel=2.0)
+    assert_allclose(sum(result.values()), 1.0, rtol=1e-14)
+    assert all((share >= 0).all() for share in result.values())
 
 
 def by_velocities(poses):
@@ -81,9 +81,9 @@ def by_velocities(poses):
 
 
 def test_shares_are_those_of_velocities_written_out():
-    found = by_velocities(slider_crank(PHI))
+    result = by_velocities(slider_crank(PHI))
     for name, share in shares(crank_scene(), PHI).items():
-        assert_allclose(found[name.partition(".")[2]], share, rtol=1e-12, atol=1e-15)
+        assert_allclose(result[name.partition(".")[2]], share, rtol=1e-12, atol=1e-15)
 
 
 def test_loads_and_balance_do_not_matter():
@@ -99,11 +99,11 @@ def test_a_flywheel_takes_its_share_at_its_own_shaft():
 
 
 def test_the_cycle_by_another_quadrature():
-    found = cycle_shares(crank_scene(), rtol=1e-11)
-    assert found.error <= 1e-11
-    assert sum(body.mean for body in found.bodies.values()) == pytest.approx(1.0, abs=1e-13)
+    result = cycle_shares(crank_scene(), rtol=1e-11)
+    assert result.error <= 1e-11
+    assert sum(body.mean for body in result.bodies.values()) == pytest.approx(1.0, abs=1e-13)
     exact = by_velocities(slider_crank(np.arange(400) * np.pi / 200))  # the mean of a periodic function converges fast
-    for name, body in found.bodies.items():
+    for name, body in result.bodies.items():
         assert body.mean == pytest.approx(exact[name.partition(".")[2]].mean(), abs=1e-12)
 
 
@@ -122,10 +122,10 @@ def test_a_slow_machine_shares_as_a_fast_one():
     """Every body's own energy over its own part of I* gives the same speed."""
     scene = crank_scene()
     state = flywheel.reduce(scene, PHI)
-    found = shares(scene, PHI)
+    result = shares(scene, PHI)
     for omega in (0.1, 400.0):
         energy = 0.5 * state.inertia * omega**2
-        crank = np.sqrt(2 * found["slider-crank.crank"] * energy / state.inertia_parts["slider-crank.crank"])
+        crank = np.sqrt(2 * result["slider-crank.crank"] * energy / state.inertia_parts["slider-crank.crank"])
         assert_allclose(crank, omega, rtol=1e-13)
 
 
@@ -221,24 +221,24 @@ def test_a_machine_left_alone_keeps_its_energy():
     scene = flywheel.load(alone)
     run = flywheel.transient(scene, start=4.0, end="3 s", rtol=1e-11)
     phi, omega = run.motion.phi, run.motion.omega
-    found = flywheel.stored_energy(scene, phi, omega)
-    total = found.total
-    assert np.ptp(sum(found.kinetic.values())) > 10.0
+    result = flywheel.stored_energy(scene, phi, omega)
+    total = result.total
+    assert np.ptp(sum(result.kinetic.values())) > 10.0
     np.testing.assert_allclose(total, total[0], rtol=1e-9)
 
 
 def test_energies_have_their_errors_and_the_flywheel_its_share():
     scene = flywheel.load(SCENES["press"])
-    found = flywheel.stored_energy(scene, [0.3, 1.0], 7.0, flywheel=2.0)
-    assert found.kinetic["the flywheel"].tolist() == [49.0, 49.0]
-    assert set(found.errors) == {*found.kinetic, *found.potential}
+    result = flywheel.stored_energy(scene, [0.3, 1.0], 7.0, flywheel=2.0)
+    assert result.kinetic["the flywheel"].tolist() == [49.0, 49.0]
+    assert set(result.errors) == {*result.kinetic, *result.potential}
     centre = 0.1 * np.cos(0.3) + np.sqrt(0.25 - 0.01 * np.sin(0.3) ** 2)
     true = 350 * (centre - 0.2) ** 2
     store = "spring[0] on press.slider"
-    assert abs(found.potential[store][0] - true) <= found.errors[store][0] < 1e-11
+    assert abs(result.potential[store][0] - true) <= result.errors[store][0] < 1e-11
     parts = reduce(scene, [0.3], balance=0.0).inertia_parts
     for body, part in parts.items():
-        assert found.kinetic[body][0] == pytest.approx(0.5 * part[0] * 49.0, rel=1e-14)
+        assert result.kinetic[body][0] == pytest.approx(0.5 * part[0] * 49.0, rel=1e-14)
 
 
 def test_speeds_of_another_number_are_refused():

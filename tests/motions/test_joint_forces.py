@@ -131,7 +131,7 @@ class SliderCrank:
 
         events = [watched(k) for k in range(5)]
         run = solve_ivp(rates, (t, until), y, "DOP853", rtol=rtol, atol=1e-14, events=events, max_step=0.02)
-        fired = [k for k, found in enumerate(run.t_events) if found.size]
+        fired = [k for k, result in enumerate(run.t_events) if result.size]
         return float(run.t[-1]), run.y[:, -1], fired[0] if fired else None
 
     def begun(self, t: float, phi: float, omega: float, sense: float) -> Array:
@@ -283,13 +283,13 @@ def test_a_belt_beside_a_parallelogram_leaves_its_share_open_and_the_rest_known(
     })  # fmt: skip
     phi = np.array([0.3, 1.2, 2.5, 4.0])
     forces = joint_forces(scene, phi, speed=10.0)
-    found = forces.mechanisms["linkage"]
-    assert set(found.undetermined) == {"O.x", "A.x", "B.x", "D.x", "belt.moment"}
+    result = forces.mechanisms["linkage"]
+    assert set(result.undetermined) == {"O.x", "A.x", "B.x", "D.x", "belt.moment"}
     weight = 9.80665 * (2.0 * 0.05 + 3.0 * 0.1 + 2.0 * 0.05)
-    np.testing.assert_allclose(found.action, weight * np.cos(phi) + 20.0 * np.sin(phi) ** 2, rtol=1e-10)
+    np.testing.assert_allclose(result.action, weight * np.cos(phi) + 20.0 * np.sin(phi) ** 2, rtol=1e-10)
     coupler = 3.0 * (9.80665 - 0.1 * 10.0**2 * np.sin(phi))  # on two pins alike
-    np.testing.assert_allclose(found.components["A"]["y"], coupler / 2, rtol=1e-9)
-    np.testing.assert_allclose(found.components["B"]["y"], -coupler / 2, rtol=1e-9)
+    np.testing.assert_allclose(result.components["A"]["y"], coupler / 2, rtol=1e-9)
+    np.testing.assert_allclose(result.components["B"]["y"], -coupler / 2, rtol=1e-9)
     assert {curve.component for curve in force_curves(forces, ["belt"])} == {"moment"}
 
 
@@ -402,24 +402,24 @@ def test_forces_of_a_run_are_as_good_as_they_say() -> None:
     scene, t = flywheel.load(PUSHED), np.linspace(0.0, 0.06, 41)
     rough, fine = (joint_forces(scene, transient=pushed(rtol), t=t) for rtol in (1e-5, 1e-9))
     errors = joint_errors(Machine(scene), rough)["slider-crank"]["joints"]
-    true, close = (figures_of(found.mechanisms["slider-crank"])["joints"] for found in (fine, rough))
+    true, close = (figures_of(result.mechanisms["slider-crank"])["joints"] for result in (fine, rough))
     for joint, parts in true.items():
         for part, values in parts.items():
-            off, told = np.abs(values - close[joint][part]), errors[joint][part]
-            assert (off <= told).all()
-            assert told.max() <= 1e-2 * np.abs(values).max() or not values.any()
+            off, output = np.abs(values - close[joint][part]), errors[joint][part]
+            assert (off <= output).all()
+            assert output.max() <= 1e-2 * np.abs(values).max() or not values.any()
 
 
 def test_a_switch_of_a_run_has_two_sides() -> None:
     run = pushed()
     times, owners = evenly(run.motion.trail, 2, breaks=True)
-    found = along_run(run, times, owners)
+    result = along_run(run, times, owners)
     at = np.flatnonzero(np.abs(times - 0.03) < 1e-12)
     assert at.size == 2
-    before, after = found.mechanisms["slider-crank"].components["slider_pin"]["x"][at]
-    alpha = found.motion.alpha[at]
+    before, after = result.mechanisms["slider-crank"].components["slider_pin"]["x"][at]
+    alpha = result.motion.alpha[at]
     gain = float(np.diff(alpha)[0])  # at one place: the slider's acceleration changes by g dalpha
-    phi = float(found.motion.phi[at[0]])
+    phi = float(result.motion.phi[at[0]])
     reach = -0.1 * (np.sin(phi) + np.cos(phi) * np.sin(phi) / np.sqrt(9 - np.sin(phi) ** 2))
     assert after - before == pytest.approx(400 + 5 * reach * gain, rel=1e-9)
 
@@ -502,10 +502,10 @@ def test_along_a_run_with_friction_the_reactions_have_the_friction_of_the_instan
     scene = flywheel.load(crank_press(0.1, drive={"torque": 60}, flywheel={"inertia": 3}, regime={}))
     run = flywheel.transient(scene, end=0.3)
     forces = along_run(run, *close_times(run))
-    found, alpha = forces.mechanisms["linkage"], forces.motion.alpha
-    left = np.abs(found.action + 3.0 * alpha - 60.0)
+    result, alpha = forces.mechanisms["linkage"], forces.motion.alpha
+    left = np.abs(result.action + 3.0 * alpha - 60.0)
     assert (left <= 1e-9 * 60.0).mean() > 0.99  # where a joint turns back its friction is open
-    work = np.trapezoid(found.friction.moment * forces.motion.omega, forces.motion.time)
+    work = np.trapezoid(result.friction.moment * forces.motion.omega, forces.motion.time)
     assert work == pytest.approx(sum(v for k, v in run.energy.works.items() if "friction" in k), rel=1e-5)
     assert not forces.messages
 
@@ -768,8 +768,8 @@ def test_everything_that_acts_on_ports_presses_on_the_joints() -> None:
     run = flywheel.transient(flywheel.load(scene), end=0.4, at=1.3)
     assert run.energy.residual < 1e-10
     machine, now = run.motion.trail.dynamics.machine, sampled(run.motion.trail, np.array([0.1, 0.2, 0.35]))
-    found = port_forces(machine, MachineMotion(now.phi, now.omega, now.acceleration), 0.0, machine.scene.mechanisms[0])
-    np.testing.assert_allclose(found.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
+    result = port_forces(machine, MachineMotion(now.phi, now.omega, now.acceleration), 0.0, machine.scene.mechanisms[0])
+    np.testing.assert_allclose(result.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -781,8 +781,8 @@ def test_friction_over_a_run_is_that_of_kinetostatics_at_its_instants_and_closes
     machine = run.motion.trail.dynamics.machine
     now = sampled(run.motion.trail, np.array([0.03, 0.12]))
     motion = MachineMotion(now.phi, now.omega, now.acceleration)
-    found = port_forces(machine, motion, 0.0, machine.scene.mechanisms[0])
-    np.testing.assert_allclose(found.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
+    result = port_forces(machine, motion, 0.0, machine.scene.mechanisms[0])
+    np.testing.assert_allclose(result.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
 
 
 def test_twisting_shafts_and_rough_joints_are_refused_together() -> None:

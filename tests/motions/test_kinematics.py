@@ -53,8 +53,8 @@ def derivatives(position: Any, q: float) -> tuple[Any, Any, Any]:
 
 def angle(y: Any, x: Any, near: float) -> Any:
     """The angle of a vector in the turn nearest to a value."""
-    found = mp.atan2(y, x)
-    return found + 2 * mp.pi * mp.nint((near - found) / (2 * mp.pi))
+    result = mp.atan2(y, x)
+    return result + 2 * mp.pi * mp.nint((near - result) / (2 * mp.pi))
 
 
 def slider(r: float, rod: float, e: float, q: Any) -> Any:
@@ -221,21 +221,21 @@ def check_by_absolute_coordinates(file: str, at: list[float]) -> None:
     scene = flywheel.load(EXAMPLES / file)
     (mechanism,) = scene.mechanisms
     solution, period = solution_of(mechanism)
-    linkage, found = solution.linkage, flywheel.motion(scene, at=at)
+    linkage, result = solution.linkage, flywheel.motion(scene, at=at)
     own = [q - scene.origin + mechanism.phase for q in at]
     poses = solution.poses([q if period is None else q % period for q in own])
     for k, q in enumerate(own):
         z, g, bend = absolute(linkage, poses.value[1:, :, k].ravel().tolist(), q if period is None else q % period, 1e-6)
         for n, link in enumerate(linkage.links):
             (x, y, theta), (vx, vy, w), (ax, ay, turning) = (part[3 * n : 3 * n + 3] for part in (z, g, bend))
-            if link.name in found.curves and found[link.name].kind == "angle":
-                turns = round((float(found[link.name].position[k]) - float(theta)) / (2 * np.pi))
-                holds(found[link.name], k, (theta + 2 * mp.pi * turns, w, turning), loose=1e6)
-            if f"{link.name}.com" in found.curves:
+            if link.name in result.curves and result[link.name].kind == "angle":
+                turns = round((float(result[link.name].position[k]) - float(theta)) / (2 * np.pi))
+                holds(result[link.name], k, (theta + 2 * mp.pi * turns, w, turning), loose=1e6)
+            if f"{link.name}.com" in result.curves:
                 a, b = map(mp.mpf, link.com)
                 u, v = a * mp.cos(theta) - b * mp.sin(theta), a * mp.sin(theta) + b * mp.cos(theta)
                 true = (x + u, y + v), (vx - w * v, vy + w * u), (ax - turning * v - w**2 * u, ay + turning * u - w**2 * v)
-                holds(found[f"{link.name}.com"], k, true, loose=1e6)
+                holds(result[f"{link.name}.com"], k, true, loose=1e6)
 
 
 def test_a_linkage_with_gears_is_true_to_thirty_digits():
@@ -344,7 +344,7 @@ def test_at_a_negative_speed_time_runs_forward():
     assert np.allclose(over_driver.t, (2 * np.pi - over_driver.q) / 5.0)
     over_time = flywheel.motion(scene, speed=-5.0, over="time", points=5)
     assert np.allclose(over_time.q, -5.0 * over_time.t)
-    slider, same = (found["slider"].position for found in (over_driver, over_time))
+    slider, same = (result["slider"].position for result in (over_driver, over_time))
     assert np.allclose(slider[::-1], same)
 
 
@@ -464,7 +464,7 @@ def alone() -> Any:
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"of": ["sldier"]}, 'did you mean "slider"'),
         ({"over": "time"}, "time without a motion in time"),
@@ -490,11 +490,11 @@ def alone() -> Any:
         ({"law": lambda t: np.sin(t), "until": 3.0}, "gives one value"),
     ],
 )
-def test_what_cannot_move_so_is_one_line(options, told):
+def test_what_cannot_move_so_is_one_line(options, message):
     with pytest.raises(SceneError) as error:
         flywheel.motion(alone(), **options)
     (fault,) = error.value.faults
-    assert told in str(fault)
+    assert message in str(fault)
     assert "\n" not in str(fault)
 
 
@@ -578,15 +578,15 @@ def exact(phi):
 def test_they_are_found_behind_a_gear_with_errors_that_hold(scene):
     """Also close to where the rod's centre is at infinity."""
     q = np.append(np.linspace(0.05, 6.2, 7), (np.pi / 2 - 0.4) / 2 + np.array([1e-3, 1e-6, 1e-9]))
-    found = flywheel.instant_centres(scene, q, speed=3.0).mechanisms["slider-crank"]
-    rod = found.centres["frame", "rod"]
-    slider = next(point for point in found.velocities if point.name == "slider.guide")
+    result = flywheel.instant_centres(scene, q, speed=3.0).mechanisms["slider-crank"]
+    rod = result.centres["frame", "rod"]
+    slider = next(point for point in result.velocities if point.name == "slider.guide")
     for k, phi in enumerate(q.tolist()):
         x, y, rate = exact(phi)
         off = float(mp.hypot(x - mp.mpf(float(rod.place[0, k])), y - mp.mpf(float(rod.place[1, k]))))
         assert off <= rod.error[k] < 1e-12 * (1 + float(y) ** 2 / 0.01)
         assert abs(slider.by_centre[0, k] - float(3 * rate)) <= slider.error[k] < 1e-12
-    for point in found.velocities:
+    for point in result.velocities:
         assert (np.abs(point.by_centre - point.by_coefficients) <= point.error).all()
 
 
@@ -601,14 +601,14 @@ def test_the_text_lists_centres_and_velocities(scene):
 def test_columns_and_data_hold_the_same(scene):
     centres = flywheel.instant_centres(scene, [0.5, 1.0])
     columns = dict(table(centres))
-    told = json.loads(encoded(data(centres)))["slider-crank"]
-    rod = next(centre for centre in told["centres"] if centre["bodies"] == ["frame", "rod"])
+    output = json.loads(encoded(data(centres)))["slider-crank"]
+    rod = next(centre for centre in output["centres"] if centre["bodies"] == ["frame", "rod"])
     assert rod["x"] == columns["P(frame rod) x [m]"].tolist()
     assert rod["direction"] == [None, None]
-    slider = next(centre for centre in told["centres"] if centre["bodies"] == ["frame", "slider"])
+    slider = next(centre for centre in output["centres"] if centre["bodies"] == ["frame", "slider"])
     assert (slider["kind"], slider["x"], slider["permanent"]) == (["at infinity"] * 2, [None, None], True)
     assert slider["direction"] == pytest.approx([np.pi / 2] * 2)
-    pins = [point for point in told["velocities"] if point["point"] == "rod.slider_pin"]
+    pins = [point for point in output["velocities"] if point["point"] == "rod.slider_pin"]
     assert pins[0]["by_centre"]["x"] == columns["rod.slider_pin velocity by centre x [m]"].tolist()
 
 
@@ -633,8 +633,8 @@ def test_the_command_lists_and_draws_them(tmp_path):
     assert "slider-crank: instant centres at phi = 30 deg" in page.stdout
     assert "velocities by them, and by influence coefficients, m/s" in page.stdout
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    told = json.loads(run(main, [*command, "--json"]).stdout)["instant_centres"]["slider-crank"]
-    slider = next(point for point in told["velocities"] if point["point"] == "slider.guide")
+    output = json.loads(run(main, [*command, "--json"]).stdout)["instant_centres"]["slider-crank"]
+    slider = next(point for point in output["velocities"] if point["point"] == "slider.guide")
     reach = np.sqrt(0.09 - 0.0025)
     assert slider["by_centre"]["x"] == pytest.approx([-2 * np.pi * 0.05 * (1 + 0.1 * np.cos(np.pi / 6) / reach)])
     assert run(main, [*command, "--csv"]).stdout.splitlines()[0].count("P(frame rod)") == 5

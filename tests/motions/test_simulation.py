@@ -82,8 +82,8 @@ def test_a_machine_may_stop_and_turn_back():
 def test_a_motion_begins_at_crank_angle_0_where_no_other_is_given():
     rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "6 + sin(phi)"}, "flywheel": {"inertia": 1}}
     scene = flywheel.load(rotor)
-    found, same = flywheel.simulate(scene, omega=1.0, until=0.5), flywheel.simulate(scene, 0.0, 1.0, 0.5)
-    assert (found.phi[0], found.phi.tolist()) == (0.0, same.phi.tolist())
+    result, same = flywheel.simulate(scene, omega=1.0, until=0.5), flywheel.simulate(scene, 0.0, 1.0, 0.5)
+    assert (result.phi[0], result.phi.tolist()) == (0.0, same.phi.tolist())
     with pytest.raises(SceneError) as caught:
         flywheel.simulate(scene)
     assert [str(fault) for fault in caught.value.faults] == [
@@ -152,14 +152,14 @@ def test_every_rtol_is_kept_and_its_estimate_too(rtol):
     """A rotor of 0.01 kg m² on a DC motor with inductance, from rest: two exponentials."""
     motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
     rotor = {"inertia": [{"on": "crank", "value": 0.01}], "drive": {"motor": motor}, "flywheel": {"inertia": 0}}
-    found = flywheel.simulate(flywheel.load(rotor), 0.0, 0.0, 0.5, rtol=rtol)
+    result = flywheel.simulate(flywheel.load(rotor), 0.0, 0.0, 0.5, rtol=rtol)
     matrix = np.array([[0.0, 0.25 / 0.01], [-0.25 / 0.02, -0.4 / 0.02]])
     values, vectors = np.linalg.eig(matrix)
     steady, times = np.array([48 / 0.25, 0.0]), np.linspace(0.0, 0.5, 201)
     parts = np.linalg.solve(vectors, -steady.astype(complex))
     omega = (steady[:, None] + vectors @ (np.exp(np.outer(values, times)) * parts[:, None])).real[0]
-    error = np.abs(found.at(times)[1] - omega).max() / omega.max()
-    assert error <= found.error <= rtol
+    error = np.abs(result.at(times)[1] - omega).max() / omega.max()
+    assert error <= result.error <= rtol
 
 
 def test_a_motion_ends_at_the_time_asked_also_where_a_turn_ends_just_beyond():
@@ -225,9 +225,9 @@ def by_hand(stiffness, damping, until, flywheel_inertia=0.0):
             return y[0] - edge
 
         passing.terminal, passing.direction = True, 1.0
-        found = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-13, atol=1e-13, events=passing, args=(k % 2 == 1,))
-        t, y = found.t[-1], found.y[:, -1]
-        if found.status == 0:
+        result = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-13, atol=1e-13, events=passing, args=(k % 2 == 1,))
+        t, y = result.t[-1], result.y[:, -1]
+        if result.status == 0:
             return y
     raise AssertionError("more turns than expected")
 
@@ -268,8 +268,8 @@ def test_the_unknown_is_balanced_with_rigid_shafts_unless_it_is_given():
     rigid = flywheel.size(flywheel.load(scene() | {"drive": {"on": "motor", "torque": "balance"}}), simulate=False)
     load = flywheel.load(balanced)
     given = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.05, balance=rigid.balance.value)
-    found = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.05)
-    assert_allclose(found.omega[-1], given.omega[-1], rtol=1e-12)
+    result = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.05)
+    assert_allclose(result.omega[-1], given.omega[-1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("ask", [flywheel.size, lambda s: flywheel.reduce(s, [0.0])])

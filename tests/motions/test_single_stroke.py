@@ -62,8 +62,8 @@ def test_a_clutch_that_slips_again_under_the_work(static):
     window = {"load": [{"on": "crank", "torque": -700.0, "from": "120 deg", "to": "130 deg"}]}
     scene = flywheel.load(ROTOR).with_(IDLE | window | {"shafts.wheel.clutch.static_torque": static * CLUTCH})
     strokes = wound_up(scene)
-    found = strokes.stroke(38.0, 0.0)
-    (slip,) = found.slips
+    result = strokes.stroke(38.0, 0.0)
+    (slip,) = result.slips
     assert slip.driven.start.phi == pytest.approx(120 * DEGREE)
     driven = J_CRANK / RATIO**2
     speed = J_WHEEL * 38.0 / (J_WHEEL + driven) / RATIO  # of the crank
@@ -87,23 +87,23 @@ def test_a_jump_of_the_load_decides_which_way_the_clutch_slips():
         {"on": "crank", "torque": torque, "from": f"{low} deg", "to": f"{high} deg"}
         for torque, low, high in ((50.0, 60, 120), ("-700 + 600*(phi - 2)", 120, 130))
     ]
-    found = wound_up(flywheel.load(ROTOR).with_(IDLE | {"load": loads})).stroke(38.0, 0.0)
-    assert [leg.sense for leg in found.legs] == [1, 0, 1, 0]
-    assert found.slips[0].driven.start.phi == pytest.approx(120 * DEGREE)
+    result = wound_up(flywheel.load(ROTOR).with_(IDLE | {"load": loads})).stroke(38.0, 0.0)
+    assert [leg.sense for leg in result.legs] == [1, 0, 1, 0]
+    assert result.slips[0].driven.start.phi == pytest.approx(120 * DEGREE)
 
 
 def test_torque_that_vanishes_gives_its_impulse_to_both_sides():
     """Brake and clutch act together from the release on: the clutch slips when the brake asks for more than it holds."""
     changes = {"shafts.wheel.clutch.hold": "10 ms", "shafts.wheel.clutch.fall": "20 ms", "brake.0.engage": "300 deg"}
     strokes = wound_up(flywheel.load(ROTOR).with_(IDLE | changes | {"load": None, "brake.0.torque": 1000.0}))
-    found = strokes.stroke(38.0, 0.0)
+    result = strokes.stroke(38.0, 0.0)
     driven = J_CRANK / RATIO**2
     speed = J_WHEEL * 38.0 / (J_WHEEL + driven)
     share = 1000.0 / RATIO * J_WHEEL / (J_WHEEL + driven)  # of the brake's torque that comes from the wheel
     assert share > CLUTCH  # so that it slips at once, and passes its torque for 10 ms and, evenly less, for 20 ms
-    assert found.speed == pytest.approx(speed - CLUTCH * 0.02 / J_WHEEL, rel=1e-8)
+    assert result.speed == pytest.approx(speed - CLUTCH * 0.02 / J_WHEEL, rel=1e-8)
     stop = (speed / RATIO * J_CRANK + CLUTCH * RATIO * 0.02) / 1000.0
-    assert found.stop_time - found.brake_time == pytest.approx(stop, rel=1e-8)
+    assert result.stop_time - result.brake_time == pytest.approx(stop, rel=1e-8)
 
 
 def test_a_crank_falls_back_until_the_clutch_takes_it_along():
@@ -131,8 +131,8 @@ def test_a_brake_has_the_heat_of_the_handbook():
     """Shigley's Mechanical Engineering Design, 8th ed., example 16-5: 289 lbf in s² from 250 rpm to rest are 10.6 Btu."""
     inertia, speed = parse_quantity("289 lbf in s^2", "inertia"), parse_quantity("250 rpm", "speed")
     braked = {"inertia.0.value": inertia, "brake.0.torque": 20e3, "load": None, "drive.torque": "1e-13*(40 - omega)"}
-    found = wound_up(flywheel.load(ROTOR).with_(braked)).braked_from(5.5, speed)
-    heat = 20e3 * (found.states(found.t[-1:])[0, 0] - 5.5)
+    result = wound_up(flywheel.load(ROTOR).with_(braked)).braked_from(5.5, speed)
+    heat = 20e3 * (result.states(result.t[-1:])[0, 0] - 5.5)
     assert heat / 1055.06 == pytest.approx(10.6, abs=0.05)
     assert heat == pytest.approx(inertia * speed**2 / 2, rel=1e-9)
 
@@ -141,41 +141,41 @@ def test_a_brake_has_the_heat_of_the_handbook():
 def test_two_inertias_that_lock_lose_the_energy_of_an_inelastic_impact(rise):
     scene = flywheel.load(ROTOR).with_(IDLE | {"shafts.wheel.clutch.rise": rise})
     strokes = wound_up(scene)
-    found = strokes.stroke(38.0, 0.0)
+    result = strokes.stroke(38.0, 0.0)
     driven = J_CRANK / RATIO**2
-    assert slip_heat(found.legs[0], RATIO) == pytest.approx(J_WHEEL * driven / (J_WHEEL + driven) * 38.0**2 / 2, rel=1e-9)
+    assert slip_heat(result.legs[0], RATIO) == pytest.approx(J_WHEEL * driven / (J_WHEEL + driven) * 38.0**2 / 2, rel=1e-9)
     speed = J_WHEEL * 38.0 / (J_WHEEL + driven)
-    assert found.speed == pytest.approx(speed, rel=1e-9)
+    assert result.speed == pytest.approx(speed, rel=1e-9)
     # the clutch's impulse is what the driving side loses; the brake takes the crank's energy over its angle
-    assert CLUTCH * (found.lock_time - rise / 2) == pytest.approx(J_WHEEL * (38.0 - speed), rel=1e-9)
-    braked = (found.rest - 310 * DEGREE) * BRAKE
+    assert CLUTCH * (result.lock_time - rise / 2) == pytest.approx(J_WHEEL * (38.0 - speed), rel=1e-9)
+    braked = (result.rest - 310 * DEGREE) * BRAKE
     assert braked == pytest.approx(J_CRANK * (speed / RATIO) ** 2 / 2, rel=1e-8)
 
 
 def test_a_brake_that_builds_up_stops_by_its_impulse():
     scene = flywheel.load(ROTOR).with_(IDLE | {"brake.0.rise": "50 ms"})
-    found = wound_up(scene).stroke(38.0, 0.0)
-    lasting = found.stop_time - found.brake_time
+    result = wound_up(scene).stroke(38.0, 0.0)
+    lasting = result.stop_time - result.brake_time
     assert lasting > 0.05
-    assert BRAKE * (lasting - 0.025) == pytest.approx(J_CRANK * found.braking.start.omega, rel=1e-9)
+    assert BRAKE * (lasting - 0.025) == pytest.approx(J_CRANK * result.braking.start.omega, rel=1e-9)
 
 
 def test_energy_goes_in_and_comes_out_by_name():
-    found = plain()
-    energy = found.energy
+    result = plain()
+    energy = result.energy
     assert energy["loads"] == pytest.approx(150.0 * 80 * DEGREE, rel=1e-9)
-    assert energy["brake_heat"] == pytest.approx(BRAKE * found.brake_angle, rel=1e-8)
+    assert energy["brake_heat"] == pytest.approx(BRAKE * result.brake_angle, rel=1e-8)
     out = energy["loads"] + energy["mesh_heat"] + energy["clutch_heat"] + energy["brake_heat"]
     assert energy["motor"] == pytest.approx(out, rel=1e-8)
-    assert abs(found.energy_residual) < 1e-8
-    assert found.mean_power * found.period == pytest.approx(energy["motor"], rel=1e-12)
+    assert abs(result.energy_residual) < 1e-8
+    assert result.mean_power * result.period == pytest.approx(energy["motor"], rel=1e-12)
 
 
 @pytest.mark.slow
 def test_a_mesh_with_losses_heats_by_its_share():
-    found = flywheel.single_stroke(rotor(shafts__wheel__efficiency=0.9), rates=False)
-    assert found.energy["mesh_heat"] > 0.05 * found.energy["loads"]
-    assert abs(found.energy_residual) < 1e-8
+    result = flywheel.single_stroke(rotor(shafts__wheel__efficiency=0.9), rates=False)
+    assert result.energy["mesh_heat"] > 0.05 * result.energy["loads"]
+    assert abs(result.energy_residual) < 1e-8
 
 
 # -- by an integration of its own --------------------------------------------------------------------------------------
@@ -191,8 +191,8 @@ def independent(speed, rest, period):
     def run(rate, start, begin, *events):
         for event in events:
             event.terminal = True
-        found = solve_ivp(rate, (begin, 60.0), start, events=events, **tight)
-        return found.t[-1], found.y[:, -1]
+        result = solve_ivp(rate, (begin, 60.0), start, events=events, **tight)
+        return result.t[-1], result.y[:, -1]
 
     t, state = run(
         lambda t, y: [(drive(y[0]) - CLUTCH) / J_WHEEL, y[2], CLUTCH * RATIO / J_CRANK, CLUTCH * (y[0] - RATIO * y[2])],
@@ -214,28 +214,28 @@ def independent(speed, rest, period):
 
 
 def test_the_periodic_stroke_is_that_of_an_independent_integration():
-    found = plain()
+    result = plain()
     state = np.array([38.0, 0.0])
     for _ in range(40):  # what a stroke leaves of a difference is a third
         state = np.array(independent(*state, 1.5)[:2])
     speed, rest, lock, stop, heat, lowest = independent(*state, 1.5)
-    assert found.phases.begin == pytest.approx((speed, rest), rel=1e-8)
-    assert found.slip_time == pytest.approx(lock, rel=1e-8)
-    assert found.stroke_time == pytest.approx(stop, rel=1e-8)
-    assert found.clutch_heat == pytest.approx(heat, rel=1e-8)
-    assert found.overrun == pytest.approx(rest, rel=1e-8)
-    assert found.speed_least == pytest.approx(lowest, rel=1e-8)
+    assert result.phases.begin == pytest.approx((speed, rest), rel=1e-8)
+    assert result.slip_time == pytest.approx(lock, rel=1e-8)
+    assert result.stroke_time == pytest.approx(stop, rel=1e-8)
+    assert result.clutch_heat == pytest.approx(heat, rel=1e-8)
+    assert result.overrun == pytest.approx(rest, rel=1e-8)
+    assert result.speed_least == pytest.approx(lowest, rel=1e-8)
     true = {"slip_time": lock, "stroke_time": stop, "clutch_heat": heat, "overrun": rest, "speed_least": lowest}
     for name, value in true.items():
-        assert abs(found.figures[name] - value) <= found.error[name] + 3e-10 * abs(value), name
+        assert abs(result.figures[name] - value) <= result.error[name] + 3e-10 * abs(value), name
 
 
 def test_it_is_what_stroke_after_stroke_comes_to():
     strokes = Strokes(rotor(), J_WHEEL, 1e-9)
     state = 35.0, 0.3
     for _ in range(20):  # each leaves a third of a difference
-        found = strokes.stroke(*state)
-        state = found.speed, found.rest - TURN
+        result = strokes.stroke(*state)
+        state = result.speed, result.rest - TURN
     assert periodic(strokes).begin == pytest.approx(state, rel=1e-6)
 
 
@@ -296,14 +296,14 @@ def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     limits = {"irregularity": 0.5, "motor_torque": 1.2, "motor_rms": 0.9}
     motor = {"type": "line", "power": 2 * 7.0 * 33.0, "speed": "33 rad/s", "no_load_speed": "40 rad/s"}
     scene = rotor(drive={"on": "wheel", "motor": motor}, flywheel={"on": "wheel", "limits": limits})
-    found = flywheel.single_stroke(scene, 1e-7)
-    assert found.binding == max(found.limits, key=lambda name: found.limits[name].alone)
-    assert found.inertia == found.limits[found.binding].alone
-    reached = {name: limit.reached / limits[name] for name, limit in found.limits.items()}
-    assert max(reached.values()) == pytest.approx(reached[found.binding]) == pytest.approx(1.0, rel=1e-6)
-    given = flywheel.single_stroke(scene.with_({"flywheel": {"on": "wheel", "inertia": found.inertia}}), 1e-7)
-    assert given.irregularity == pytest.approx(found.limits["irregularity"].reached, rel=1e-6)
-    assert given.motor_torque_peak / 14.0 == pytest.approx(found.limits["motor_torque"].reached, rel=1e-6)
+    result = flywheel.single_stroke(scene, 1e-7)
+    assert result.binding == max(result.limits, key=lambda name: result.limits[name].alone)
+    assert result.inertia == result.limits[result.binding].alone
+    reached = {name: limit.reached / limits[name] for name, limit in result.limits.items()}
+    assert max(reached.values()) == pytest.approx(reached[result.binding]) == pytest.approx(1.0, rel=1e-6)
+    given = flywheel.single_stroke(scene.with_({"flywheel": {"on": "wheel", "inertia": result.inertia}}), 1e-7)
+    assert given.irregularity == pytest.approx(result.limits["irregularity"].reached, rel=1e-6)
+    assert given.motor_torque_peak / 14.0 == pytest.approx(result.limits["motor_torque"].reached, rel=1e-6)
 
 
 @pytest.mark.parametrize("inertia", [3.0, 10.0])
@@ -352,19 +352,19 @@ def test_an_inching_touch_turns_the_crank_by_its_impulse(touch):
 def test_the_safety_distance_is_that_of_the_longest_stop():
     safety = {"approach": "2 m/s", "response": "30 ms", "intrusion": "100 mm"}
     changes = {f"single_stroke__{name}": value for name, value in safety.items()}
-    found = flywheel.single_stroke(rotor(brake__0__rise="20 ms", load=None, **changes))
-    fastest = found.phases.legs[1].driven.states(np.linspace(0, found.phases.legs[1].driven.t[-1], 2000))[1].max()
-    assert found.emergency_time == pytest.approx(0.03 + 0.01 + fastest * J_CRANK / BRAKE, rel=1e-7)
-    assert found.safety_distance == pytest.approx(0.1 + 2.0 * found.emergency_time)
+    result = flywheel.single_stroke(rotor(brake__0__rise="20 ms", load=None, **changes))
+    fastest = result.phases.legs[1].driven.states(np.linspace(0, result.phases.legs[1].driven.t[-1], 2000))[1].max()
+    assert result.emergency_time == pytest.approx(0.03 + 0.01 + fastest * J_CRANK / BRAKE, rel=1e-7)
+    assert result.safety_distance == pytest.approx(0.1 + 2.0 * result.emergency_time)
     assert plain().safety_distance is None
 
 
 @pytest.mark.slow
 def test_without_other_limits_the_greatest_rate_leaves_no_standstill():
-    found = plain()
-    assert found.decides == "time of the stroke"
+    result = plain()
+    assert result.decides == "time of the stroke"
     at_once = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle=0.0))
-    assert at_once.rate == pytest.approx(found.greatest_rate, rel=1e-5)
+    assert at_once.rate == pytest.approx(result.greatest_rate, rel=1e-5)
     assert at_once.period == at_once.stroke_time
 
 
@@ -386,9 +386,9 @@ def test_the_greatest_rate_of_a_wheel_at_its_idling_speed_or_above(changes):
     fast = flywheel.single_stroke(near, 1e-4, rates=False, near=free)
     assert fast.shares["time of the stroke"] == pytest.approx(0.999, rel=2e-3)
     limit = {"brake.0.heat_per_hour": 0.8 * free.brake_heat_per_hour}
-    found = flywheel.single_stroke(scene.with_(limit), 1e-4)
-    assert found.decides == "brake heat an hour"
-    there = flywheel.single_stroke(scene.with_(limit | {"single_stroke.rate": found.greatest_rate}), 1e-6, rates=False)
+    result = flywheel.single_stroke(scene.with_(limit), 1e-4)
+    assert result.decides == "brake heat an hour"
+    there = flywheel.single_stroke(scene.with_(limit | {"single_stroke.rate": result.greatest_rate}), 1e-6, rates=False)
     assert there.shares["brake heat an hour"] == pytest.approx(1.0, rel=1e-4)
 
 
@@ -398,11 +398,11 @@ def test_heat_an_hour_decides_the_rate_where_it_is_least(heat):
     """At the lower rate the driving side idles for most of the period."""
     limit = {"shafts.wheel.clutch.heat_per_hour": heat}
     scene = flywheel.load(ROTOR).with_(limit)
-    found = flywheel.single_stroke(scene)
-    assert found.decides == "clutch heat an hour"
-    assert found.shares["clutch heat an hour"] == pytest.approx(found.clutch_heat_per_hour / heat)
-    assert any("clutch" in text for text in found.verdicts) == (found.shares["clutch heat an hour"] > 1.0)
-    there = flywheel.single_stroke(scene.with_({"single_stroke.rate": found.greatest_rate}))
+    result = flywheel.single_stroke(scene)
+    assert result.decides == "clutch heat an hour"
+    assert result.shares["clutch heat an hour"] == pytest.approx(result.clutch_heat_per_hour / heat)
+    assert any("clutch" in text for text in result.verdicts) == (result.shares["clutch heat an hour"] > 1.0)
+    there = flywheel.single_stroke(scene.with_({"single_stroke.rate": result.greatest_rate}))
     assert there.clutch_heat_per_hour == pytest.approx(heat, rel=1e-3)
 
 
@@ -418,8 +418,8 @@ def test_a_limit_that_every_flywheel_keeps_decides_on_none():
 
     with pytest.raises(flywheel.SceneError, match=r"flywheel\.limits\.motor_rms: found 150 %, which every flywheel keeps"):
         flywheel.single_stroke(scene(["motor_rms"]), 1e-5, rates=False)
-    found = flywheel.single_stroke(scene(limits), 1e-5, rates=False)
-    assert (found.binding, found.limits["motor_rms"].alone) == ("irregularity", 0.0)
+    result = flywheel.single_stroke(scene(limits), 1e-5, rates=False)
+    assert (result.binding, result.limits["motor_rms"].alone) == ("irregularity", 0.0)
 
 
 @pytest.mark.parametrize(
@@ -438,20 +438,20 @@ def test_an_inverter_trips_where_current_or_returned_power_is_greatest(more, kin
     motor["inverter"] = {"frequency": "6.3 Hz", "overcurrent": 3.0} | more
     load = [{"on": "crank", "torque": 600.0, "from": "200 deg", "to": "290 deg"}]
     scene = rotor(drive={"on": "wheel", "motor": motor}, load=load, single_stroke__continuous=2, single_stroke__rate=0.7)
-    found = flywheel.single_stroke(scene, 1e-6, rates=False)
-    along, own = course(found.strokes, found.phases, 4000), found.scene.motor
+    result = flywheel.single_stroke(scene, 1e-6, rates=False)
+    along, own = course(result.strokes, result.phases, 4000), result.scene.motor
     current, power = own.current_share(along.driving), own.input_power(along.driving, own.torque(along.driving))
-    assert found.inverter_current == pytest.approx(current.max(), rel=1e-5)
-    assert found.power_returned == pytest.approx(-power.min(), rel=1e-4)
-    assert [trip.kind for trip in found.trips] == kinds
-    assert [each["kind"] for each in found.as_dict()["single_stroke"]["trips"]] == kinds
-    assert sum("THE INVERTER TRIPS" in line for line in found.verdicts) == len(kinds)
-    for trip in found.trips:
+    assert result.inverter_current == pytest.approx(current.max(), rel=1e-5)
+    assert result.power_returned == pytest.approx(-power.min(), rel=1e-4)
+    assert [trip.kind for trip in result.trips] == kinds
+    assert [each["kind"] for each in result.as_dict()["single_stroke"]["trips"]] == kinds
+    assert sum("THE INVERTER TRIPS" in line for line in result.verdicts) == len(kinds)
+    for trip in result.trips:
         value = current if trip.kind == "overcurrent" else -power
         assert np.interp(trip.time, along.time, value) == pytest.approx(trip.value, rel=1e-4)
         assert np.interp(trip.time, along.time, along.phi) == pytest.approx(trip.angle, rel=1e-4)
     if "overcurrent" in kinds:
-        assert found.shares["inverter current"] == pytest.approx(found.inverter_current / 1.3)
+        assert result.shares["inverter current"] == pytest.approx(result.inverter_current / 1.3)
 
 
 @pytest.mark.parametrize("constant", sample([3600.0, 1.0], 2))
@@ -459,23 +459,23 @@ def test_windings_warm_up_by_the_losses_of_strokes_without_end(constant):
     thermal = {"time_constant": constant, "rise": 80.0, "class": "F"}
     motor = {"type": "induction", "power": 800.0, "speed": "38 rad/s", "poles": 2, "frequency": "6.3 Hz"}
     scene = rotor(drive={"on": "wheel", "motor": {**motor, "breakdown_ratio": 2.5, "thermal": thermal}})
-    found = flywheel.single_stroke(scene, rates=False)
-    share = found.motor_heat / scene.motor.rated_total_heat
-    along = course(found.strokes, found.phases, 100_000)
+    result = flywheel.single_stroke(scene, rates=False)
+    share = result.motor_heat / scene.motor.rated_total_heat
+    along = course(result.strokes, result.phases, 100_000)
     heat = scene.motor.heat_share(along.driving)
     grown = np.exp(along.time / constant)
     steps = 0.5 * np.diff(along.time) * ((heat * grown)[:-1] + (heat * grown)[1:])
     sums = np.append(0.0, np.cumsum(steps)) / constant
     rise = 80.0 * (sums[-1] / (grown[-1] - 1.0) + sums) / grown  # which returns
-    assert found.temperature == pytest.approx(rise.max(), rel=1e-6)
+    assert result.temperature == pytest.approx(rise.max(), rel=1e-6)
     if constant > 1.0:
-        assert found.temperature == pytest.approx(80.0 * share, rel=1e-3)
+        assert result.temperature == pytest.approx(80.0 * share, rel=1e-3)
         parts = [
-            part for section in contents.worked(found).parts for part in section.parts if isinstance(part, document.Step)
+            part for section in contents.worked(result).parts for part in section.parts if isinstance(part, document.Step)
         ]
         (step,) = (part for part in parts if part.result is not None and part.result.symbol == "theta_max")
-        assert step.result.value == found.temperature
-    assert found.shares["motor temperature"] == pytest.approx(found.temperature / 105.0)
+        assert step.result.value == result.temperature
+    assert result.shares["motor temperature"] == pytest.approx(result.temperature / 105.0)
 
 
 def test_the_brake_holds_weight_less_counterbalance():
@@ -489,11 +489,11 @@ def test_the_brake_holds_weight_less_counterbalance():
         "slider": {"mass": 450.0},
     }
     changes = {"mechanism": press, "load": [{"on": "slider", "force": counter}], "gravity": {"direction": "180 deg"}}
-    found = wound_up(flywheel.load(ROTOR).with_(IDLE | changes | {"brake.0.fall": "50 ms"})).stroke(38.0, -0.2)
-    sine, cosine = math.sin(found.rest), math.cos(found.rest)
+    result = wound_up(flywheel.load(ROTOR).with_(IDLE | changes | {"brake.0.fall": "50 ms"})).stroke(38.0, -0.2)
+    sine, cosine = math.sin(result.rest), math.cos(result.rest)
     arm = r * sine + r * r * sine * cosine / math.sqrt(length**2 - (r * sine) ** 2)
     rod = (1 - com / length) * r * sine + com / length * arm
-    assert found.resting == pytest.approx(9.80665 * (450.0 * arm + 90.0 * rod) - counter * arm, rel=1e-6)
+    assert result.resting == pytest.approx(9.80665 * (450.0 * arm + 90.0 * rod) - counter * arm, rel=1e-6)
 
 
 @pytest.mark.slow
@@ -501,9 +501,9 @@ def test_the_brake_holds_weight_less_counterbalance():
 def test_a_band_brake_holds_with_the_torque_of_the_direction(weight, key):
     band = presses.band_brake(400.0, 0.5, 0.25, math.pi)
     parts = {"load": [{"on": "crank", "torque": weight}], "brake.0.torque": band.torque}
-    found = flywheel.single_stroke(rotor(**parts, brake__0__reverse_torque=band.reverse_torque), rates=False)
+    result = flywheel.single_stroke(rotor(**parts, brake__0__reverse_torque=band.reverse_torque), rates=False)
     held = {"torque": band.torque, "reverse_torque": band.reverse_torque}[key]
-    assert found.shares["brake at rest"] == pytest.approx(20.0 / held, rel=1e-9)
+    assert result.shares["brake at rest"] == pytest.approx(20.0 / held, rel=1e-9)
     assert band.torque == pytest.approx(band.reverse_torque * math.exp(0.25 * math.pi), rel=1e-12)
     if key == "reverse_torque":
         with pytest.raises(SceneError, match=r"brake\[0\].reverse_torque: found a brake of 19 N m that does not hold"):
@@ -518,8 +518,8 @@ def test_a_band_brake_that_lets_go_follows_its_two_torques():
         "shafts.wheel.clutch.rise": "0.4 s",
         "single_stroke.rate": "20 1/min",
     }
-    found = flywheel.single_stroke(rotor(**parts), rates=False)
-    along = course(found.strokes, found.phases, 2000)
+    result = flywheel.single_stroke(rotor(**parts), rates=False)
+    along = course(result.strokes, result.phases, 2000)
     begin = (along.time < 0.08) & (along.crank == 0.0)
     held = 300.0 - RATIO * CLUTCH * along.time[begin] / 0.4
     assert along.brake[begin] == pytest.approx(held, abs=1e-4)
@@ -527,21 +527,21 @@ def test_a_band_brake_that_lets_go_follows_its_two_torques():
     assert along.brake[falls] == pytest.approx(320.0 * (1 - along.time[falls] / 0.08), abs=1e-3)
     let_go = 20.0 / (320.0 / 0.08 - RATIO * CLUTCH / 0.4)
     assert along.time[begin].max() == pytest.approx(let_go, rel=1e-6)
-    assert abs(found.energy_residual) < 1e-8
+    assert abs(result.energy_residual) < 1e-8
 
 
 def test_errors_are_no_less_than_what_the_stroke_returns_by():
-    found = plain()
-    begin, phases = found.phases.begin, found.phases
+    result = plain()
+    begin, phases = result.phases.begin, result.phases
     least = 2.0 * max(abs(phases.speed / begin[0] - 1.0), abs(phases.rest - TURN - begin[1]) / TURN)
-    assert all(found.error[name] >= least * found.figures[name] for name in ("clutch_heat", "speed_least", "mean_power"))
-    assert all(found.error["energy"][name] >= found.strokes.rtol * value for name, value in found.energy.items())
+    assert all(result.error[name] >= least * result.figures[name] for name in ("clutch_heat", "speed_least", "mean_power"))
+    assert all(result.error["energy"][name] >= result.strokes.rtol * value for name, value in result.energy.items())
 
 
 def test_a_limit_to_which_the_flywheel_is_sized_is_kept():
     changes = {"flywheel.irregularity": None, "flywheel.limits.motor_rms": 1.0, "drive.motor.power": "0.55 kW"}
-    found = flywheel.single_stroke(flywheel.load(starters.starter("single-stroke")).with_(changes), rates=False)
-    assert not any("motor torque" in line for line in found.verdicts)
+    result = flywheel.single_stroke(flywheel.load(starters.starter("single-stroke")).with_(changes), rates=False)
+    assert not any("motor torque" in line for line in result.verdicts)
 
 
 @pytest.mark.slow
@@ -562,13 +562,13 @@ def test_strokes_in_a_row_turn_the_crank_as_often():
 
 
 def test_idle_time_follows_the_standstill():
-    found = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="1 s"), rates=False)
-    assert found.period - found.stroke_time == pytest.approx(1.0, rel=1e-9)
+    result = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="1 s"), rates=False)
+    assert result.period - result.stroke_time == pytest.approx(1.0, rel=1e-9)
 
 
 def test_idling_is_an_exponential_however_long_it_lasts():
-    found = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="60 s"), rates=False)
-    recovery = found.phases.recovery
+    result = flywheel.single_stroke(rotor(single_stroke__rate=None, single_stroke__idle="60 s"), rates=False)
+    recovery = result.phases.recovery
     assert len(recovery.stretches) < 200  # of 380 turns, each of which a step would end
     times = np.array([1.0, 3.0, 12.0, 15.0])
     phi, omega, work = recovery.states(times)
@@ -576,7 +576,7 @@ def test_idling_is_an_exponential_however_long_it_lasts():
     assert omega - 40.0 == pytest.approx(begin * left, rel=1e-4)
     assert phi == pytest.approx(40.0 * times + begin * (1.0 - left) * J_WHEEL / 2.0, rel=1e-9)
     assert work == pytest.approx(J_WHEEL / 2.0 * (omega**2 - (40.0 + begin) ** 2), rel=1e-8)
-    assert abs(found.energy_residual) < 1e-8
+    assert abs(result.energy_residual) < 1e-8
 
 
 # -- what is refused ---------------------------------------------------------------------------------------------------
@@ -719,14 +719,14 @@ def test_the_press_of_the_reference(tmp_path):
     scene.write_text(re.search(r"```\n(\[shafts.*?)```", text("single-stroke"), re.DOTALL)[1])
     run = CliRunner().invoke(main, ["size", str(scene), "--json"])
     assert run.exit_code == 0
-    found = json.loads(run.stdout)
-    figures = found["single_stroke"]
+    result = json.loads(run.stdout)
+    figures = result["single_stroke"]
     assert figures["keeps_up"] is True
     assert figures["period"] == 3.0
     assert abs(figures["energy_residual"]) < 1e-7
-    assert found["error"]["single_stroke"].keys() <= figures.keys()
-    assert found["simulation"] is None
-    assert "no steady cycle" in found["null_because"]
+    assert result["error"]["single_stroke"].keys() <= figures.keys()
+    assert result["simulation"] is None
+    assert "no steady cycle" in result["null_because"]
     assert {f"`{name}`" for name in figures} <= set(re.findall(r"`\w+`", text("single-stroke")))
     shown = CliRunner().invoke(main, ["size", str(scene)])
     assert re.search(r"overrun past stop_at +-19\.870 deg", shown.stdout)
@@ -744,18 +744,18 @@ def test_the_press_of_the_reference(tmp_path):
 
 
 def test_a_course_is_the_motion_with_both_sides_of_every_jump():
-    found = plain()
-    along = course(found.strokes, found.phases, 400)
+    result = plain()
+    along = course(result.strokes, result.phases, 400)
     assert (np.diff(along.time) >= 0.0).all()
-    assert along.drive_work[-1] == pytest.approx(found.energy["motor"], rel=1e-10)
-    assert along.wheel_work.max() == pytest.approx(found.wheel_energy, rel=1e-7)
-    assert along.wheel_work[-1] == pytest.approx(0.0, abs=1e-6 * found.wheel_energy)
-    locked = (along.time > found.slip_time) & (along.time < found.phases.release_time)
+    assert along.drive_work[-1] == pytest.approx(result.energy["motor"], rel=1e-10)
+    assert along.wheel_work.max() == pytest.approx(result.wheel_energy, rel=1e-7)
+    assert along.wheel_work[-1] == pytest.approx(0.0, abs=1e-6 * result.wheel_energy)
+    locked = (along.time > result.slip_time) & (along.time < result.phases.release_time)
     assert along.crank[locked] == pytest.approx(along.driving[locked], rel=1e-12)
-    assert along.clutch[along.time < found.slip_time] == pytest.approx(CLUTCH)
-    assert np.abs(along.clutch[locked]).max() == pytest.approx(found.clutch_torque, rel=1e-6)
+    assert along.clutch[along.time < result.slip_time] == pytest.approx(CLUTCH)
+    assert np.abs(along.clutch[locked]).max() == pytest.approx(result.clutch_torque, rel=1e-6)
     jump = np.flatnonzero((np.diff(along.time) == 0.0) & (np.abs(np.diff(along.clutch)) > 20.0))
-    assert along.phi[jump] == pytest.approx([*found.phases.lock_angle * np.ones(1), 120 * DEGREE, 200 * DEGREE], abs=1e-6)
+    assert along.phi[jump] == pytest.approx([*result.phases.lock_angle * np.ones(1), 120 * DEGREE, 200 * DEGREE], abs=1e-6)
 
 
 @pytest.mark.parametrize("efficiency", sample([1.0, 0.8], 2))
@@ -767,8 +767,8 @@ def test_the_clutch_passes_what_the_driven_side_takes(efficiency):
             "inertia.1": {"on": "motor", "value": 0.05},
         }
     )
-    found = flywheel.single_stroke(scene, rates=False)
-    locked = found.phases.legs[1].driven
+    result = flywheel.single_stroke(scene, rates=False)
+    locked = result.phases.legs[1].driven
     times = locked.t[0] + np.linspace(0.01, 0.99, 25) * (locked.t[-1] - locked.t[0])
     phi, omega, _ = locked.states(times)
     load = np.where((phi > 120 * DEGREE) & (phi < 200 * DEGREE), 150.0, 0.0)
@@ -778,24 +778,24 @@ def test_the_clutch_passes_what_the_driven_side_takes(efficiency):
         alpha = (2 * RATIO * eta * motor - load) / (whole + 2 * RATIO * eta * own)
         fits = (motor - own * alpha) * (1 if eta <= 1 else -1) >= 0.0
         torque = (J_CRANK * alpha + load) / RATIO
-        assert found.strokes.locked_torque(locked, times, locked.owners(times))[fits] == pytest.approx(
+        assert result.strokes.locked_torque(locked, times, locked.owners(times))[fits] == pytest.approx(
             torque[fits], rel=1e-8
         )
 
 
 @pytest.mark.slow
 def test_formulas_are_those_of_the_motion_where_nothing_else_acts():
-    found = flywheel.single_stroke(
+    result = flywheel.single_stroke(
         rotor(drive__torque="0.01*(40 - omega)", load=None, single_stroke__rate="1 1/min"), 1e-4, rates=False
     )
-    assert found.formulas["clutch_heat"] == pytest.approx(found.clutch_heat, rel=2e-3)
-    assert found.formulas["slip_time"] == pytest.approx(found.slip_time, rel=2e-3)
+    assert result.formulas["clutch_heat"] == pytest.approx(result.clutch_heat, rel=2e-3)
+    assert result.formulas["slip_time"] == pytest.approx(result.slip_time, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_the_report_has_every_figure_with_its_formula(tmp_path):
-    found = flywheel.single_stroke(rotor(single_stroke__approach="2 m/s", brake__0__rise="20 ms"), 1e-6)
-    worked = contents.worked(found)
+    result = flywheel.single_stroke(rotor(single_stroke__approach="2 m/s", brake__0__rise="20 ms"), 1e-6)
+    worked = contents.worked(result)
     assert (document.untraced(worked), document.unreproduced(worked)) == ([], [])
     sections = [part for part in worked.parts if isinstance(part, document.Section)]
     tables = [part for section in sections for part in section.parts if isinstance(part, document.Table)]
@@ -803,11 +803,11 @@ def test_the_report_has_every_figure_with_its_formula(tmp_path):
     for _, value, limit, share in loads.rows:
         assert share.value == pytest.approx(value.value / limit.value)
     assert loads.rows[-2][2].value == BRAKE
-    found.report(tmp_path / "stroke.html", language="es")
+    result.report(tmp_path / "stroke.html", language="es")
     page = (tmp_path / "stroke.html").read_text()
     for words in ("La carrera que se repite", "ISO 13855", "Cargas y límites", "el embrague patina"):
         assert words in page
-    sheet = contents.html(found, cover_sheet=True, units="us")
+    sheet = contents.html(result, cover_sheet=True, units="us")
     answers, wheel = (
         sheet.index("Do the parts suffice for 40"),
         sheet.index(f"{J_WHEEL / 0.45359237 / 0.3048**2:.3f} lb ft²"),
@@ -830,37 +830,37 @@ def test_a_servo_drive_has_its_area_points_and_ratio_of_inertias(tmp_path):
     scene = rotor(
         shafts__motor={"on": "wheel", "ratio": 1.25}, drive={"on": "motor", "motor": motor | {"braking": "regenerative"}}
     )
-    found = flywheel.single_stroke(scene, 1e-8, rates=False)
+    result = flywheel.single_stroke(scene, 1e-8, rates=False)
 
     def torque(omega):
         return np.clip(60.0 / (0.04 * 50.0) * (50.0 - omega), -90.0, 90.0)
 
-    along = course(found.strokes, found.phases, 20_000)
+    along = course(result.strokes, result.phases, 20_000)
     speeds = 1.25 * along.driving
     peak = np.minimum(90.0, 90.0 * (125.0 - speeds) / 81.25)
-    mean = np.trapezoid(speeds, along.time) / found.period
-    rms = (np.trapezoid(np.clip(torque(speeds), -peak, peak) ** 2, along.time) / found.period) ** 0.5
-    assert found.servo_mean_speed == pytest.approx(mean, rel=1e-6)
-    assert found.servo_continuous_share == pytest.approx(rms / (70.0 - 10.0 * mean / 62.5), rel=1e-5)
+    mean = np.trapezoid(speeds, along.time) / result.period
+    rms = (np.trapezoid(np.clip(torque(speeds), -peak, peak) ** 2, along.time) / result.period) ** 0.5
+    assert result.servo_mean_speed == pytest.approx(mean, rel=1e-6)
+    assert result.servo_continuous_share == pytest.approx(rms / (70.0 - 10.0 * mean / 62.5), rel=1e-5)
     shares = np.abs(torque(speeds)) / peak
-    assert found.servo_peak_share == pytest.approx(min(shares.max(), 1.0), rel=1e-6)
-    assert found.servo_peak_speed == pytest.approx(speeds[np.argmax(shares >= found.servo_peak_share - 1e-9)], rel=1e-2)
-    assert found.servo_inertia_ratio == pytest.approx(J_WHEEL / 1.25**2 / 0.3)
-    page = data.answer(found)
+    assert result.servo_peak_share == pytest.approx(min(shares.max(), 1.0), rel=1e-6)
+    assert result.servo_peak_speed == pytest.approx(speeds[np.argmax(shares >= result.servo_peak_share - 1e-9)], rel=1e-2)
+    assert result.servo_inertia_ratio == pytest.approx(J_WHEEL / 1.25**2 / 0.3)
+    page = data.answer(result)
     assert page["figures"] == ["mechanism", "single_stroke", "servo"]
     assert [mark["at"] for mark in page["servo"]["diagram"]["rows"][0]["marks"]] == [
-        found.servo_mean_speed,
-        found.servo_peak_speed,
+        result.servo_mean_speed,
+        result.servo_peak_speed,
     ]
-    found.plot(tmp_path / "stroke.svg")
+    result.plot(tmp_path / "stroke.svg")
     assert "continuous curve" in (tmp_path / "stroke.svg").read_text()
-    assert "Relación de inercias" in contents.html(found, language="es")
+    assert "Relación de inercias" in contents.html(result, language="es")
 
 
 @pytest.mark.slow
 def test_the_picture_is_drawn_and_the_page_has_it_over_time(tmp_path):
-    found = flywheel.single_stroke(rotor(), 1e-6)
-    found.plot(tmp_path / "stroke.svg")
+    result = flywheel.single_stroke(rotor(), 1e-6)
+    result.plot(tmp_path / "stroke.svg")
     assert "the clutch slips" in (tmp_path / "stroke.svg").read_text()
     page = data.answer(rotor(), rest=False)
     assert page["driver"] == {"kind": "time", "stroke": False, "from": 0.0, "to": 1.5, "backwards": False}

@@ -57,34 +57,34 @@ INDUCTION = {"type": "induction", "power": 1100, "speed": "1320 rpm", "poles": 4
 def test_a_constant_torque_against_a_damper():
     """J omega' = 15 - 2 omega: omega = 7.5 (1 - exp(-2 t/J))."""
     scene = rotor(3, drive={"torque": 20}, load=[load(-5)], damper=[{"on": "crank", "coefficient": 2}])
-    found = run_up(scene, 2.0)
+    result = run_up(scene, 2.0)
     tau, end = 1.5, 2 / 1.5
-    assert found.omega == pytest.approx(7.5 * (1 - math.exp(-2 / tau)), rel=1e-9)
-    assert found.phi == pytest.approx(7.5 * (2 - tau * (1 - math.exp(-2 / tau))), rel=1e-9)
-    assert found.regime_speed == pytest.approx(7.5, rel=1e-9)
+    assert result.omega == pytest.approx(7.5 * (1 - math.exp(-2 / tau)), rel=1e-9)
+    assert result.phi == pytest.approx(7.5 * (2 - tau * (1 - math.exp(-2 / tau))), rel=1e-9)
+    assert result.regime_speed == pytest.approx(7.5, rel=1e-9)
     assert transient(scene, end="10 s").time_to_regime == pytest.approx(tau * math.log(20), rel=1e-8)
     heat = 2 * 7.5**2 * tau * (end - 2 * (1 - math.exp(-end)) + 0.5 * (1 - math.exp(-2 * end)))
-    assert found.energy.drive == pytest.approx(20 * found.way, rel=1e-10)
-    assert found.energy.works == {
-        "load[0] on crank": pytest.approx(-5 * found.way, rel=1e-10),
+    assert result.energy.drive == pytest.approx(20 * result.way, rel=1e-10)
+    assert result.energy.works == {
+        "load[0] on crank": pytest.approx(-5 * result.way, rel=1e-10),
         "damper[0] on crank": pytest.approx(-heat, rel=1e-8),
     }
-    assert found.energy.kinetic_gained == pytest.approx(0.5 * 3 * found.omega**2, rel=1e-12)
-    assert found.energy.residual < 1e-9
+    assert result.energy.kinetic_gained == pytest.approx(0.5 * 3 * result.omega**2, rel=1e-12)
+    assert result.energy.residual < 1e-9
 
 
 def test_an_induction_motor_from_rest():
     """T = 2 T_b u_b u/(u² + u_b²), u = w_s - omega: t = J/(2 T_b u_b) ((w_s² - u²)/2 + u_b² log(w_s/u))."""
     motor = INDUCTION | {"power": 7500, "speed": "1450 rpm", "breakdown_ratio": 2.5}
     scene = rotor(0.2, drive={"motor": motor})
-    found = run_up(scene, "1450 rpm")
+    result = run_up(scene, "1450 rpm")
     machine = scene.motor
     synchronous, reach = machine.synchronous_speed, machine.breakdown_slip * machine.synchronous_speed
     u = synchronous - machine.speed
     factor = 0.2 / (2 * machine.breakdown_torque * reach)
     time = factor * (0.5 * (synchronous**2 - u**2) + reach**2 * math.log(synchronous / u))
-    assert (found.reason, found.time) == ("speed", pytest.approx(time, rel=1e-9))
-    assert found.peaks.torque.value == pytest.approx(machine.breakdown_torque, rel=1e-9)
+    assert (result.reason, result.time) == ("speed", pytest.approx(time, rel=1e-9))
+    assert result.peaks.torque.value == pytest.approx(machine.breakdown_torque, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -93,9 +93,9 @@ def test_the_flywheel_of_limits_is_followed_as_a_given_one_is():
     load = [{"on": "crank", "torque": -25, "from": 0, "to": "120 deg"}]
     scene = {"load": load, "drive": {"motor": motor}, "flywheel": {"limits": {"irregularity": 0.05, "motor_rms": 2}}}
     wheel = flywheel.size(flywheel.load(scene), simulate=False).flywheel.exact
-    found = run_up(flywheel.load(scene), "95 %")
+    result = run_up(flywheel.load(scene), "95 %")
     given = run_up(flywheel.load(scene | {"flywheel": {"inertia": wheel}}), "95 %")
-    assert found.time == pytest.approx(given.time, rel=1e-8)
+    assert result.time == pytest.approx(given.time, rel=1e-8)
 
 
 @pytest.mark.slow
@@ -103,21 +103,21 @@ def test_a_dc_motor_with_inductance_switched_on_at_rest():
     """J omega' = k i - b omega, L i' = U - R i - k omega: two exponentials."""
     voltage, resistance, constant, inductance, friction, inertia = 48.0, 0.4, 0.25, 0.02, 0.002, 0.01
     motor = {"type": "dc", "voltage": voltage, "resistance": resistance, "constant": constant}
-    found = run_up(rotor(inertia, drive={"motor": motor | {"inductance": inductance, "friction": friction}}), 0.3)
+    result = run_up(rotor(inertia, drive={"motor": motor | {"inductance": inductance, "friction": friction}}), 0.3)
     matrix = np.array([[-friction / inertia, constant / inertia], [-constant / inductance, -resistance / inductance]])
     steady = np.linalg.solve(matrix, [0.0, -voltage / inductance])
     values, vectors = np.linalg.eig(matrix)
     omega, current = (steady - (vectors * np.exp(values * 0.3)) @ np.linalg.solve(vectors, steady)).real
-    assert found.omega == pytest.approx(omega, rel=1e-9)
-    assert found.motion.current[-1] == pytest.approx(current, rel=1e-8)
-    assert found.energy.residual < 1e-9
-    assert found.peaks.current.value > current
+    assert result.omega == pytest.approx(omega, rel=1e-9)
+    assert result.motion.current[-1] == pytest.approx(current, rel=1e-8)
+    assert result.energy.residual < 1e-9
+    assert result.peaks.current.value > current
     magnetic = 0.5 * inductance * current**2
     times = np.linspace(0, 0.3, 20001)
     whole = (steady[:, None] - (vectors @ (np.exp(np.outer(values, times)).T * np.linalg.solve(vectors, steady)).T)).real
     supplied = voltage * np.trapezoid(whole[1], times)
     assert supplied == pytest.approx(
-        found.energy.drive + friction * np.trapezoid(whole[0] ** 2, times) + found.energy.copper + magnetic, rel=1e-7
+        result.energy.drive + friction * np.trapezoid(whole[0] ** 2, times) + result.energy.copper + magnetic, rel=1e-7
     )
 
 
@@ -134,26 +134,26 @@ def test_a_mesh_takes_its_share_of_a_run_up():
             "flywheel": {"inertia": 3},
         }
     )
-    found = run_up(scene, 2.0)
+    result = run_up(scene, 2.0)
     alpha = (4 * eta * 7 - 20) / (3 + 8 * eta)
-    assert found.omega == pytest.approx(alpha * 2, rel=1e-10)
+    assert result.omega == pytest.approx(alpha * 2, rel=1e-10)
     lost = (1 - eta) * 4 * (7 - 0.5 * 4 * alpha)
-    assert found.energy.meshes == pytest.approx(lost * found.way, rel=1e-10)
-    assert found.energy.residual < 1e-10
+    assert result.energy.meshes == pytest.approx(lost * result.way, rel=1e-10)
+    assert result.energy.residual < 1e-10
 
 
 @pytest.mark.slow
 def test_section_c_from_rest_at_a_right_angle_and_at_its_dead_centre():
     scene = flywheel.load(regimes.scene("section-c", inertia=0))
-    found = run_up(scene, at=math.pi / 2)
-    assert found.reason == "regime"
-    assert found.turns == 6.75
-    assert found.omega == pytest.approx(3.9623591, abs=1e-5)
-    assert found.regime_speed == pytest.approx(2 * math.pi / 1.538536393184, rel=1e-9)
-    assert found.peaks.speed.value == pytest.approx(5.11884, abs=1e-5)
-    assert found.time_to_regime == pytest.approx(0.7120035, abs=1e-7)
-    (_, slow) = found.motion.at(found.time_to_regime)
-    assert slow[0] == pytest.approx(0.95 * found.regime_speed, rel=1e-9)
+    result = run_up(scene, at=math.pi / 2)
+    assert result.reason == "regime"
+    assert result.turns == 6.75
+    assert result.omega == pytest.approx(3.9623591, abs=1e-5)
+    assert result.regime_speed == pytest.approx(2 * math.pi / 1.538536393184, rel=1e-9)
+    assert result.peaks.speed.value == pytest.approx(5.11884, abs=1e-5)
+    assert result.time_to_regime == pytest.approx(0.7120035, abs=1e-7)
+    (_, slow) = result.motion.at(result.time_to_regime)
+    assert slow[0] == pytest.approx(0.95 * result.regime_speed, rel=1e-9)
     assert run_up(scene, "1 turn", at=0.0).turns == pytest.approx(1.0, rel=1e-12)
 
 
@@ -163,14 +163,14 @@ def test_section_c_from_rest_at_a_right_angle_and_at_its_dead_centre():
 def test_a_stall_is_told_with_its_angle_and_time_and_ends_the_motion():
     """10 N m over 90 deg, then 20 N m too little: it stops after 45 deg more."""
     scene = rotor(2, drive={"torque": 10}, load=[load(-30, **{"from": "90 deg", "to": "180 deg"})], **FREE)
-    found = run_up(scene, "5 turns")
+    result = run_up(scene, "5 turns")
     first = math.sqrt(2 * (math.pi / 2) * 2 / 10)
-    assert found.reason == "stall"
-    assert found.phi == pytest.approx(135 * DEG, rel=1e-9)
-    assert found.time == pytest.approx(first + 10 * first / 20, rel=1e-9)
-    assert found.omega == pytest.approx(0.0, abs=1e-9)
-    assert "stalled at crank angle 135 deg after" in found.ended
-    assert "-20 N m" in found.ended
+    assert result.reason == "stall"
+    assert result.phi == pytest.approx(135 * DEG, rel=1e-9)
+    assert result.time == pytest.approx(first + 10 * first / 20, rel=1e-9)
+    assert result.omega == pytest.approx(0.0, abs=1e-9)
+    assert "stalled at crank angle 135 deg after" in result.ended
+    assert "-20 N m" in result.ended
     swung = run_up(scene, 2 * (first + 10 * first / 20))  # for a time it is followed on: back to where it began, at rest
     assert (swung.phi, swung.omega) == (pytest.approx(0.0, abs=1e-8), pytest.approx(0.0, abs=1e-8))
     assert "stalled at crank angle 135 deg after 1.189 s and turned back: M* at rest there is -20 N m" in swung.messages[0]
@@ -180,9 +180,9 @@ def test_a_motor_that_cannot_start_its_load_is_told_at_once():
     weak = rotor(2, drive={"torque": 20}, load=[load(-30)], **FREE)
     with pytest.raises(flywheel.SceneError, match=r"does not start.*crank angle 30 deg.*-10 N m"):
         run_up(weak, "1 turn", at=30 * DEG)
-    found = run_up(weak, 1.0, at=30 * DEG)
-    assert (found.way, found.omega) == (pytest.approx(-2.5, rel=1e-12), pytest.approx(-5.0, rel=1e-12))
-    assert "goes back from its start, where M* is -10 N m" in found.messages[0]
+    result = run_up(weak, 1.0, at=30 * DEG)
+    assert (result.way, result.omega) == (pytest.approx(-2.5, rel=1e-12), pytest.approx(-5.0, rel=1e-12))
+    assert "goes back from its start, where M* is -10 N m" in result.messages[0]
 
 
 def test_nothing_starts_from_a_balanced_dead_centre():
@@ -211,43 +211,43 @@ def test_dry_friction_that_the_drive_does_not_overcome_holds_the_machine():
 
 def test_a_run_down_under_constant_friction():
     scene = rotor(2, drive={"torque": "20 - omega"}, load=[load("-6*sign(omega)")])
-    found = run_down(scene)
-    assert found.motion.omega[0] == pytest.approx(14.0, rel=1e-12)
-    assert (found.reason, found.time) == ("stop", pytest.approx(14 * 2 / 6, rel=1e-9))
-    assert found.phi == pytest.approx(0.5 * 14**2 * 2 / 6, rel=1e-9)
-    assert found.energy.works["load[0] on crank"] == pytest.approx(-0.5 * 2 * 14**2, rel=1e-9)
+    result = run_down(scene)
+    assert result.motion.omega[0] == pytest.approx(14.0, rel=1e-12)
+    assert (result.reason, result.time) == ("stop", pytest.approx(14 * 2 / 6, rel=1e-9))
+    assert result.phi == pytest.approx(0.5 * 14**2 * 2 / 6, rel=1e-9)
+    assert result.energy.works["load[0] on crank"] == pytest.approx(-0.5 * 2 * 14**2, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_drag_alone_never_stops_a_machine():
-    found = transient(rotor(0.5, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
-    assert found.reason == "creep"
-    assert "never stops" in found.ended
+    result = transient(rotor(0.5, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
+    assert result.reason == "creep"
+    assert "never stops" in result.ended
 
 
 @pytest.mark.slow
 def test_a_machine_without_losses_does_not_slow_down(monkeypatch):
     monkeypatch.setattr(transients, "MOST_CYCLES", 3.0)
-    found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="stop", drive=False, rtol=1e-7)
-    assert found.reason == "limit"
-    assert "does not slow down" in found.ended
-    assert found.energy.residual < 1e-7
+    result = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="stop", drive=False, rtol=1e-7)
+    assert result.reason == "limit"
+    assert "does not slow down" in result.ended
+    assert result.energy.residual < 1e-7
 
 
 def test_a_step_of_load():
     """J omega' = 20 - 4 omega - 8, and from 1 s on 4 N m more: two exponentials."""
     scene = rotor(2, drive={"torque": "20 - 4*omega"}, load=[load("-8 - 4*(t > 1)")])
-    found = transient(scene, start=3.0, end=1.7)
-    assert found.motion.at(1.0)[1][0] == pytest.approx(3.0, rel=1e-12)
-    assert found.omega == pytest.approx(2 + math.exp(-2 * 0.7), rel=1e-10)
-    assert 1.0 in found.motion.t
-    assert found.regime_speed is None
-    assert "depend on time" in found.messages[-1]
+    result = transient(scene, start=3.0, end=1.7)
+    assert result.motion.at(1.0)[1][0] == pytest.approx(3.0, rel=1e-12)
+    assert result.omega == pytest.approx(2 + math.exp(-2 * 0.7), rel=1e-10)
+    assert 1.0 in result.motion.t
+    assert result.regime_speed is None
+    assert "depend on time" in result.messages[-1]
 
 
 def test_a_load_that_ends_later_sets_a_machine_going_then():
-    found = run_up(rotor(2, drive={"torque": "10*(t > 1)"}, **FREE), 3.0)
-    assert found.omega == pytest.approx(10, rel=1e-10)
+    result = run_up(rotor(2, drive={"torque": "10*(t > 1)"}, **FREE), 3.0)
+    assert result.omega == pytest.approx(10, rel=1e-10)
 
 
 # -- ends ------------------------------------------------------------------------------------------------------------
@@ -256,28 +256,28 @@ def test_a_load_that_ends_later_sets_a_machine_going_then():
 def test_what_does_not_come_is_given_up(monkeypatch):
     monkeypatch.setattr(transients, "MOST_CYCLES", 8.0)
     scene = rotor(2, drive={"torque": "20 + 0*t - 4*omega"})  # what depends on time may change its mind
-    found = transient(scene, end=Until("speed", 6.0))
-    assert found.reason == "limit"
-    assert "did not reach its end" in found.ended
-    assert found.omega == pytest.approx(5.0, rel=1e-9)
+    result = transient(scene, end=Until("speed", 6.0))
+    assert result.reason == "limit"
+    assert "did not reach its end" in result.ended
+    assert result.omega == pytest.approx(5.0, rel=1e-9)
 
 
-@pytest.mark.parametrize(("end", "told"), [("110 %", "5.5 rad/s"), ("200 rpm", "20.944 rad/s (200 rpm)")])
-def test_a_speed_out_of_reach_is_given_up_when_the_machine_has_settled(end, told):
-    found = transient(rotor(0.5, drive={"torque": "20 - 4*omega"}), end=end)
-    assert found.reason == "limit"
-    assert f"settled to its regime without reaching {told}" in found.ended
-    assert found.turns < 20
+@pytest.mark.parametrize(("end", "message"), [("110 %", "5.5 rad/s"), ("200 rpm", "20.944 rad/s (200 rpm)")])
+def test_a_speed_out_of_reach_is_given_up_when_the_machine_has_settled(end, message):
+    result = transient(rotor(0.5, drive={"torque": "20 - 4*omega"}), end=end)
+    assert result.reason == "limit"
+    assert f"settled to its regime without reaching {message}" in result.ended
+    assert result.turns < 20
 
 
 def test_a_speed_close_below_the_regime_s_is_reached():
-    found = transient(rotor(0.2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
-    assert (found.reason, found.time) == ("share", pytest.approx(0.05 * math.log(1e6), rel=1e-4))
+    result = transient(rotor(0.2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
+    assert (result.reason, result.time) == ("share", pytest.approx(0.05 * math.log(1e6), rel=1e-4))
 
 
 def test_a_speed_that_only_a_later_law_gives_is_waited_for():
-    found = transient(rotor(0.2, drive={"torque": "20 + 20*(t > 6) - 4*omega"}), end="9 rad/s")
-    assert (found.reason, found.time) == ("speed", pytest.approx(6 + 0.05 * math.log(5), rel=1e-8))
+    result = transient(rotor(0.2, drive={"torque": "20 + 20*(t > 6) - 4*omega"}), end="9 rad/s")
+    assert (result.reason, result.time) == ("speed", pytest.approx(6 + 0.05 * math.log(5), rel=1e-8))
 
 
 DC = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
@@ -286,38 +286,38 @@ DC = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inducta
 @pytest.mark.parametrize("sign", sample(["*sign(omega)", ""], 2))
 def test_a_motors_current_rises_against_a_load_at_rest(sign):
     """Friction holds it until k i > 10 N m, 40 A; what would turn it back does so until then. Two exponentials."""
-    found = run_up(rotor(0.1, drive={"motor": DC}, load=[load(f"-10{sign}")]), 0.3)
+    result = run_up(rotor(0.1, drive={"motor": DC}, load=[load(f"-10{sign}")]), 0.3)
     released = math.log(1.5) / 20 if sign else 0.0
     matrix = np.array([[0.0, 2.5], [-12.5, -20.0]])
     steady = np.linalg.solve(matrix, [100.0, -2400.0])
     values, vectors = np.linalg.eig(matrix)
     start = np.linalg.solve(vectors, np.array([0.0, 40.0 if sign else 0.0]) - steady)
     omega, current = (steady + (vectors * np.exp(values * (0.3 - released))) @ start).real
-    assert found.omega == pytest.approx(omega, rel=1e-7)
-    assert found.motion.current[-1] == pytest.approx(current, rel=1e-7)
-    assert found.energy.works["load[0] on crank"] == pytest.approx(-10 * found.way, rel=1e-9)
-    assert found.motion.current[0] == 0.0
-    assert flywheel.simulate(found.scene, 0.0, 0.0, 0.3).omega[-1] == pytest.approx(omega, rel=1e-7)
-    assert (found.motion.omega.min() >= 0.0) == bool(sign)
+    assert result.omega == pytest.approx(omega, rel=1e-7)
+    assert result.motion.current[-1] == pytest.approx(current, rel=1e-7)
+    assert result.energy.works["load[0] on crank"] == pytest.approx(-10 * result.way, rel=1e-9)
+    assert result.motion.current[0] == 0.0
+    assert flywheel.simulate(result.scene, 0.0, 0.0, 0.3).omega[-1] == pytest.approx(omega, rel=1e-7)
+    assert (result.motion.omega.min() >= 0.0) == bool(sign)
     said = "held at rest by dry friction for 0.0202733 s" if sign else "goes back from its start"
-    assert said in found.messages[0]
+    assert said in result.messages[0]
     with pytest.raises(flywheel.SceneError, match=r"does not start.*-1 N m|does not start.*holds M\* = 30 N m"):
         run_up(rotor(0.1, drive={"motor": DC}, load=[load(f"-31{sign}")]), "10 rad/s")
 
 
 def test_the_moment_of_a_stall_counts_friction():
     spring = {"on": "crank", "torque": "-3*phi"}
-    found = run_up(rotor(2, drive={"torque": 10}, load=[load("-4*sign(omega)"), spring]), 20.0)
-    assert (found.reason, found.omega) == ("stall", 0.0)
-    assert found.phi == pytest.approx(4.0, rel=1e-9)
-    assert "dry friction holds M* = -2 N m, and would hold up to 4 N m" in found.ended
+    result = run_up(rotor(2, drive={"torque": 10}, load=[load("-4*sign(omega)"), spring]), 20.0)
+    assert (result.reason, result.omega) == ("stall", 0.0)
+    assert result.phi == pytest.approx(4.0, rel=1e-9)
+    assert "dry friction holds M* = -2 N m, and would hold up to 4 N m" in result.ended
 
 
 def test_representations_are_short():
-    found = run_up(rotor(2, drive={"torque": "20 - 4*omega"}), "1 s")
-    for thing in (found, found.motion, found.motion.trail):
+    result = run_up(rotor(2, drive={"torque": "20 - 4*omega"}), "1 s")
+    for thing in (result, result.motion, result.motion.trail):
         assert len(repr(thing)) < 250
-    assert repr(found).startswith("Transient(time: ended at crank angle")
+    assert repr(result).startswith("Transient(time: ended at crank angle")
 
 
 def test_a_motion_is_watched():
@@ -343,27 +343,27 @@ def test_without_a_drive_a_start_is_advised():
 def test_a_law_with_kinks_in_time_is_followed():
     """2 omega' = 50 - 9 omega - 10 |sin(rate t)|: the integral of exp(4.5 (t - T)) |sin|, hump by hump."""
     rate, end = 20, 0.5
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), end)
+    result = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), end)
 
     def integral(t):
         return math.exp(4.5 * (t - end)) * (4.5 * math.sin(rate * t) - rate * math.cos(rate * t)) / (4.5**2 + rate**2)
 
     ends = [*(k * math.pi / rate for k in range(int(end * rate / math.pi) + 1)), end]
     humps = sum((-1) ** k * (integral(b) - integral(a)) for k, (a, b) in enumerate(pairwise(ends)))
-    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.5 * end)) - 5 * humps, rel=1e-8)
+    assert result.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.5 * end)) - 5 * humps, rel=1e-8)
 
 
 @pytest.mark.slow
 def test_a_short_pulse_in_time_is_not_stepped_over():
     """1000 N m within 2 ms take 1000*0.002*sqrt(pi) N m s; J omega' = 50 - 9 omega else."""
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 1)/0.002)**2)")]), 1.05)
+    result = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 1)/0.002)**2)")]), 1.05)
     lost = 500 * 0.002 * math.sqrt(math.pi) * math.exp(-0.225 + (4.5 * 0.002) ** 2 / 4)
-    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.725)) - lost, rel=1e-9)
+    assert result.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.725)) - lost, rel=1e-9)
 
 
 def test_a_stall_under_a_load_of_time_tells_the_moment_of_that_time():
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 0.5)")]), "90 turns")
-    assert "M* at rest is -35 N m" in found.ended
+    result = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 0.5)")]), "90 turns")
+    assert "M* at rest is -35 N m" in result.ended
 
 
 def test_what_depends_on_time_has_no_regime_to_end_with():
@@ -372,8 +372,8 @@ def test_what_depends_on_time_has_no_regime_to_end_with():
 
 
 def test_a_speed_is_met_from_above_too():
-    found = transient(rotor(2, load=[load(-4)], **FREE), start=10.0, end="6 rad/s")
-    assert (found.reason, found.time) == ("speed", pytest.approx(2.0, rel=1e-10))
+    result = transient(rotor(2, load=[load(-4)], **FREE), start=10.0, end="6 rad/s")
+    assert (result.reason, result.time) == ("speed", pytest.approx(2.0, rel=1e-10))
 
 
 def test_a_hydraulic_stroke_goes_to_its_end():
@@ -383,21 +383,21 @@ def test_a_hydraulic_stroke_goes_to_its_end():
     linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
     drive = [{"on": "slide", "force": "100 - 40*v"}]
     scene = flywheel.load({"mechanism": linkage, "load": drive, "stroke": {"from": 0.1, "to": 0.5, "speed": 1}})
-    found = transient(scene, end="stop")
-    time = found.time
-    assert found.reason == "stroke"
+    result = transient(scene, end="stop")
+    time = result.time
+    assert result.reason == "stroke"
     assert 2.5 * (time - (1 - math.exp(-20 * time)) / 20) == pytest.approx(0.4, rel=1e-9)
-    assert found.omega == pytest.approx(2.5 * (1 - math.exp(-20 * time)), rel=1e-9)
-    assert "0.5 m" in found.ended
+    assert result.omega == pytest.approx(2.5 * (1 - math.exp(-20 * time)), rel=1e-9)
+    assert "0.5 m" in result.ended
 
 
 @pytest.mark.parametrize("end", ["0.1 m/s", "20 mm"])
 def test_speeds_of_what_slides_are_in_metres_per_second(end):
     scene = flywheel.load(Path(__file__).parents[2] / "examples" / "regimes" / "hydraulic_clamp.toml")
-    found = flywheel.transient(scene, end=end, rtol=1e-6)
-    assert found.ended.count("m/s") == 1
-    assert "rad" not in found.ended
-    assert "rpm" not in found.ended
+    result = flywheel.transient(scene, end=end, rtol=1e-6)
+    assert result.ended.count("m/s") == 1
+    assert "rad" not in result.ended
+    assert "rpm" not in result.ended
 
 
 @pytest.mark.parametrize(
@@ -418,10 +418,10 @@ def test_senseless_questions_are_refused(given, path):
 
 
 def test_everything_is_there_for_programs():
-    found = run_up(rotor(2, drive={"torque": "20 - 4*omega"}, load=[load(-8)]), "95 %").as_dict()
-    assert found["reason"] == "share"
-    assert found["time_to_95_percent"] == pytest.approx(found["end"]["t"], rel=1e-9)
-    assert found["energy"]["works"].keys() == {"load[0] on crank"}
+    result = run_up(rotor(2, drive={"torque": "20 - 4*omega"}, load=[load(-8)]), "95 %").as_dict()
+    assert result["reason"] == "share"
+    assert result["time_to_95_percent"] == pytest.approx(result["end"]["t"], rel=1e-9)
+    assert result["energy"]["works"].keys() == {"load[0] on crank"}
 
 
 # -- an intended stop, and what heats a motor -------------------------------------------------------------------------------
@@ -446,22 +446,22 @@ DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
 )
 def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stalls(drive, brake, reason):
     scene = WHEEL | {"drive": {"torque": drive}, "load": [DRAG, {"on": "crank", "torque": brake}]}
-    found = transient(flywheel.load(scene), start=6.0, end="stop" if brake == "0" else "100 s", rtol=1e-6)
-    assert found.reason == reason
-    assert ("no longer pushes it on" in found.ended) == (reason == "stop")
-    assert ("stalled" in found.ended) == (reason == "stall")
+    result = transient(flywheel.load(scene), start=6.0, end="stop" if brake == "0" else "100 s", rtol=1e-6)
+    assert result.reason == reason
+    assert ("no longer pushes it on" in result.ended) == (reason == "stop")
+    assert ("stalled" in result.ended) == (reason == "stall")
 
 
 def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_speed():
     """J omega_s²/2, less what slip is left at the end: the field gives T omega_s, the shaft takes T omega."""
     scene = {"shafts": {"motor": {"ratio": 4}}, **WHEEL, "drive": {"on": "motor", "motor": INDUCTION}}
-    found = run_up(flywheel.load(scene), "90 %")
+    result = run_up(flywheel.load(scene), "90 %")
     synchronous, inertia = 50 * math.pi, 2 / 16
-    left = synchronous - 4 * found.omega
-    assert found.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)
-    assert found.energy.copper is None
-    assert found.as_dict()["energy"]["rotor_heat"] == found.energy.rotor_heat
-    assert "heat in the motor's rotor, beside it:" in page(found)
+    left = synchronous - 4 * result.omega
+    assert result.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)
+    assert result.energy.copper is None
+    assert result.as_dict()["energy"]["rotor_heat"] == result.energy.rotor_heat
+    assert "heat in the motor's rotor, beside it:" in page(result)
     assert transient(flywheel.load(scene), start=30.0, drive=False, end=1.0).energy.rotor_heat is None
 
 
@@ -484,8 +484,8 @@ def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_
     ],
 )
 def test_every_kind_of_end(text, expected):
-    found = until(text)
-    assert (found.kind, found.value) == (expected.kind, pytest.approx(expected.value, rel=1e-15))
+    result = until(text)
+    assert (result.kind, result.value) == (expected.kind, pytest.approx(expected.value, rel=1e-15))
 
 
 @pytest.mark.parametrize(
@@ -507,11 +507,11 @@ def test_what_weights_alone_move_swings_both_ways():
     scene = flywheel.load({"mechanism": alone, "gravity": {"g": 10.0}})
     slow = math.sqrt(2.0 * 10.0 * 0.2 / (0.03 + 2.0 * 0.2**2))
     period = 4 * 1.8540746773013719 / slow
-    found = transient(scene, end=period)
-    assert found.reason == "time"
-    assert found.motion.at(period / 2)[0] == pytest.approx(-math.pi, rel=1e-9)
-    assert found.phi == pytest.approx(0.0, abs=1e-8)
-    assert found.peaks.speed.value == pytest.approx(math.sqrt(2.0) * slow, rel=1e-9)
+    result = transient(scene, end=period)
+    assert result.reason == "time"
+    assert result.motion.at(period / 2)[0] == pytest.approx(-math.pi, rel=1e-9)
+    assert result.phi == pytest.approx(0.0, abs=1e-8)
+    assert result.peaks.speed.value == pytest.approx(math.sqrt(2.0) * slow, rel=1e-9)
     with pytest.raises(flywheel.SceneError, match="holds it or turns it back"):
         transient(scene, end="2 turns")
 
@@ -519,14 +519,14 @@ def test_what_weights_alone_move_swings_both_ways():
 def test_a_motor_with_inductance_starts_a_machine_that_nothing_holds():
     """Its current, and so its torque, is 0 at first: two exponentials from rest."""
     motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
-    found = run_up(rotor(0.1, drive={"motor": motor}), 0.3)
+    result = run_up(rotor(0.1, drive={"motor": motor}), 0.3)
     matrix = np.array([[0.0, 2.5], [-12.5, -20.0]])
     steady = np.linalg.solve(matrix, [0.0, -2400.0])
     values, vectors = np.linalg.eig(matrix)
     omega, current = (steady - (vectors * np.exp(values * 0.3)) @ np.linalg.solve(vectors, steady)).real
-    assert found.omega == pytest.approx(omega, rel=1e-7)
-    assert found.motion.current[-1] == pytest.approx(current, rel=1e-7)
-    assert not found.messages
+    assert result.omega == pytest.approx(omega, rel=1e-7)
+    assert result.motion.current[-1] == pytest.approx(current, rel=1e-7)
+    assert not result.messages
 
 
 @pytest.fixture(scope="module")
@@ -553,10 +553,10 @@ def test_works_of_all_parts_make_the_kinetic_energy(trail):
 
 
 def test_a_peak_lies_between_the_samples(trail):
-    found = peak(trail, "omega", *samples_of(trail))
+    result = peak(trail, "omega", *samples_of(trail))
     dense = sampled(trail, np.union1d(trail.t, np.linspace(0.0, 0.25, 3001))).omega.max()
-    assert found.value == pytest.approx(dense, rel=1e-7)
-    assert found.value >= dense * (1 - 1e-12)
+    assert result.value == pytest.approx(dense, rel=1e-7)
+    assert result.value >= dense * (1 - 1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -568,9 +568,9 @@ def saw():
 
 
 def test_a_peak_may_stand_on_one_side_of_a_jump_alone(saw):
-    found = peak(saw, "drive", *samples_of(saw))
-    assert found.value == pytest.approx(8.0, rel=1e-12)
-    assert found.time == pytest.approx(1.0, rel=1e-12)
+    result = peak(saw, "drive", *samples_of(saw))
+    assert result.value == pytest.approx(8.0, rel=1e-12)
+    assert result.time == pytest.approx(1.0, rel=1e-12)
 
 
 def test_both_sides_of_a_switch_are_there(saw):
@@ -591,9 +591,9 @@ def test_the_highest_of_many_like_tops_is_found():
 
 
 def test_the_regime_of_section_c():
-    found = regime_of(Machine(flywheel.load(regimes.scene("section-c", inertia=0))), 0.0)
-    assert found.period == pytest.approx(1.538536393184, rel=1e-10)
-    assert found.speed == pytest.approx(2 * np.pi / 1.538536393184, rel=1e-10)
+    result = regime_of(Machine(flywheel.load(regimes.scene("section-c", inertia=0))), 0.0)
+    assert result.period == pytest.approx(1.538536393184, rel=1e-10)
+    assert result.speed == pytest.approx(2 * np.pi / 1.538536393184, rel=1e-10)
 
 
 @pytest.mark.parametrize("scene", [scenes.press(flywheel={"inertia": 20}), regimes.scene("section-c", inertia=0)])
@@ -644,15 +644,15 @@ def numbers(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]
 
 
 def without_error(result: dict[str, Any]) -> set[str]:
-    found = set()
+    outcome = set()
     for path in numbers(result):
         names = {".".join(path[:n]) for n in range(1, 3)} | set(path)
         error: Any = result["errors"]
         for key in path:
             error = error.get(key) if isinstance(error, dict) else error
         if error is None and not names & GIVEN:
-            found.add(".".join(path))
-    return found
+            outcome.add(".".join(path))
+    return outcome
 
 
 @pytest.mark.parametrize("name", ["machines/injection_clamp", "regimes/compressor"])
@@ -664,8 +664,8 @@ def test_every_figure_of_the_reduced_machine_has_its_error(name: str) -> None:
 @pytest.mark.parametrize("name", ["machines/injection_clamp", pytest.param("linkages/whitworth", marks=pytest.mark.slow)])
 def test_every_force_has_its_error(name: str) -> None:
     scene = flywheel.load(ROOT / f"examples/{name}.toml")
-    found = joint_forces(scene, np.linspace(0.1, 6.0, 3) if scene.stroke is None else [0.0, 0.1])
-    result = json.loads(reduction.forces_json(scene, found, joint_errors(Machine(scene), found)))
+    outcome = joint_forces(scene, np.linspace(0.1, 6.0, 3) if scene.stroke is None else [0.0, 0.1])
+    result = json.loads(reduction.forces_json(scene, outcome, joint_errors(Machine(scene), outcome)))
     missing = {path for path in without_error(result) if not set(path.split(".")) & {"largest", "iterations", "residual"}}
     assert missing == set()
 
@@ -736,9 +736,9 @@ def test_the_reduced_machine_is_off_by_no_more_than_told(kind: str, rod: float) 
 
 def test_a_balance_s_error_is_in_the_moment() -> None:
     scene = flywheel.load(PRESS)
-    found = json.loads(reduction.reduced(scene, points=4, as_json=True)[0])
-    assert found["errors"]["balance"] > 0.0
-    assert min(found["errors"]["moment"]) >= found["errors"]["balance"]
+    result = json.loads(reduction.reduced(scene, points=4, as_json=True)[0])
+    assert result["errors"]["balance"] > 0.0
+    assert min(result["errors"]["moment"]) >= result["errors"]["balance"]
 
 
 # -- reactions -------------------------------------------------------------------------------------------------------------
@@ -750,11 +750,11 @@ def test_forces_are_off_by_no_more_than_told(rod: float) -> None:
     mechanism = named | {"slider": {"mass": 3.0}}
     scene = {"mechanism": mechanism, "load": [{"on": "press.slider", "force": -200}], "drive": {"torque": "balance"}}
     machine = Machine(flywheel.load({**scene, "regime": {"speed": 10}, "flywheel": {"inertia": 1}}))
-    found = joint_forces(machine, ANGLES, speed=10.0)
-    errors = joint_errors(machine, found)["press"]
-    forces_of = found.mechanisms["press"]
+    result = joint_forces(machine, ANGLES, speed=10.0)
+    errors = joint_errors(machine, result)["press"]
+    forces_of = result.mechanisms["press"]
     with mpmath.workdps(30):
-        for k, phi in enumerate(found.motion.phi.tolist()):
+        for k, phi in enumerate(result.motion.phi.tolist()):
             gain, slope, _ = slider_crank(0.1, rod, phi)
             push = -200 - 3 * slope * 100
             tangent = (
@@ -794,19 +794,19 @@ def motion_by_hand(until: float) -> Any:
 
 @pytest.mark.parametrize("rtol", sample([1e-5, 1e-7], 2))
 def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
-    found = transient(flywheel.load(MACHINE), end=2.0, rtol=rtol)
-    errors, by_hand = estimates(found), motion_by_hand(2.0)
+    outcome = transient(flywheel.load(MACHINE), end=2.0, rtol=rtol)
+    errors, by_hand = estimates(outcome), motion_by_hand(2.0)
     phi, omega, drive, load, copper = by_hand.y[:, -1]
     wanted = {"end.phi": phi, "end.omega": omega, "energy.drive": drive, "energy.copper": copper}
     wanted["energy.works.load[0] on crank"] = load
     wanted["energy.kinetic_gained"] = 0.1 * omega**2
-    assert found.regime_speed is not None
-    asked = 0.95 * found.regime_speed
+    assert outcome.regime_speed is not None
+    request = 0.95 * outcome.regime_speed
     times = np.linspace(0, 2, 4001)
     speeds = by_hand.sol(times)[1]
-    above = int(np.argmax(speeds >= asked))
-    wanted["time_to_95_percent"] = brentq(lambda t: by_hand.sol(t)[1] - asked, times[above - 1], times[above], xtol=1e-14)
-    result = found.as_dict()
+    above = int(np.argmax(speeds >= request))
+    wanted["time_to_95_percent"] = brentq(lambda t: by_hand.sol(t)[1] - request, times[above - 1], times[above], xtol=1e-14)
+    result = outcome.as_dict()
     for path, true in wanted.items():
         value, error = result, errors
         for key in path.split(".", 2):
@@ -818,10 +818,10 @@ def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
     assert top["value"] >= power.max() - errors["peaks"]["power"]["value"]
     assert top["time"] == pytest.approx(times[power.argmax()], abs=errors["peaks"]["power"]["time"] + 2e-3)
     assert errors["peaks"]["power"]["time"] < 0.3
-    columns, told = evenly(found, 50), of_samples(found, 50)
+    columns, output = evenly(outcome, 50), of_samples(outcome, 50)
     at = by_hand.sol(columns.t)
     for name, true in (("phi", at[0]), ("omega", at[1]), ("kinetic", 0.1 * at[1] ** 2)):
-        error = told[name]
+        error = output[name]
         assert error is not None
         assert np.abs(getattr(columns, name) - true).max() <= error + 1e-12 * np.abs(true).max(), name
 
@@ -831,32 +831,32 @@ def test_the_time_of_a_flat_peak_is_as_open_as_it_is() -> None:
     """Power of a line is greatest at half its no-load speed: w = w0 (1 - exp(-t/T)), so at t = T ln 2."""
     line = {"type": "line", "starting_torque": 10.0, "slope": 1.0}
     scene = {"inertia": [{"on": "crank", "value": 2}], "drive": {"motor": line}, "flywheel": {"inertia": 0}}
-    found = transient(flywheel.load(scene), end=5.0)
-    errors = estimates(found)["peaks"]["power"]
-    assert found.peaks.power is not None
-    assert abs(found.peaks.power.value - 25.0) <= errors["value"]
-    assert abs(found.peaks.power.time - 2 * math.log(2)) <= errors["time"] < 1e-2
+    result = transient(flywheel.load(scene), end=5.0)
+    errors = estimates(result)["peaks"]["power"]
+    assert result.peaks.power is not None
+    assert abs(result.peaks.power.value - 25.0) <= errors["value"]
+    assert abs(result.peaks.power.time - 2 * math.log(2)) <= errors["time"] < 1e-2
 
 
 @pytest.mark.slow
 def test_peaks_that_come_again_each_turn_have_no_one_time() -> None:
     """Without losses every turn is as the first: which of the equal peaks is the greatest is rounding."""
-    found = transient(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), start="regime", end="2 turns")
-    assert estimates(found)["peaks"]["speed"]["time"] > 1.0
+    result = transient(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), start="regime", end="2 turns")
+    assert estimates(result)["peaks"]["speed"]["time"] > 1.0
 
 
 @pytest.mark.parametrize("options", sample([{"start": "regime", "drive": False, "end": "stop"}, {"end": "1.2 s"}], 2))
 def test_every_figure_of_a_motion_has_its_error(options: dict[str, Any]) -> None:
-    found = transient(flywheel.load(MACHINE), rtol=1e-6, **options)
-    result = json.loads(motions.transient_json(found, 20, breaks=True))
+    outcome = transient(flywheel.load(MACHINE), rtol=1e-6, **options)
+    result = json.loads(motions.transient_json(outcome, 20, breaks=True))
     assert without_error(result) == set()
 
 
 @pytest.mark.parametrize("rtol", [1e-13, 0.1])
 def test_the_ends_of_the_range_of_accuracy_belong_to_it(rtol):
     scene = scenes.rotor(load=[], drive={"torque": "20 N m"}, flywheel={"inertia": 2})
-    found = transient(flywheel.load(scene), start=0.0, end="10 rad/s", rtol=rtol)
-    assert found.time == pytest.approx(1.0, rel=max(rtol, 1e-12))
+    result = transient(flywheel.load(scene), start=0.0, end="10 rad/s", rtol=rtol)
+    assert result.time == pytest.approx(1.0, rel=max(rtol, 1e-12))
     beyond = 0.9 * rtol if rtol < 1e-3 else 1.1 * rtol
     with pytest.raises(flywheel.SceneError, match=r"a number from 1e-13 to 0\.1"):
         transient(flywheel.load(scene), start=0.0, end="10 rad/s", rtol=beyond)

@@ -42,17 +42,17 @@ class Law(NamedTuple):
 def law(text: str, parameters: dict[str, float]) -> Law:
     """The law of a text."""
     tree = ast.parse(text.strip(), mode="eval").body
-    found: list[str] = []
-    value = ast.unparse(_held(tree, found))
+    result: list[str] = []
+    value = ast.unparse(_held(tree, result))
     names = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name)}
     space = {k: v for k, v in vars(math).items() if not k.startswith("_")} | parameters
     arguments = ", ".join((*NAMES, "B"))
-    switches = f"({', '.join(found)}{',' if found else ''})"
+    switches = f"({', '.join(result)}{',' if result else ''})"
     return Law(
         text,
         eval(f"lambda {arguments}: {value}", space),
         eval(f"lambda {arguments}: {switches}", space),
-        len(found),
+        len(result),
         frozenset(names),
     )
 
@@ -303,11 +303,11 @@ class Machine:
         if "motor" not in row:
             self._add("drive", on, self.balance if row["torque"] == "balance" else written(row["torque"]), drive=True)
             return
-        found = motor(row["motor"])
-        if isinstance(found, str):
-            self._add("drive", on, found, drive=True)
+        result = motor(row["motor"])
+        if isinstance(result, str):
+            self._add("drive", on, result, drive=True)
         else:
-            self.motor, self.driven = found, self.index[on]
+            self.motor, self.driven = result, self.index[on]
             self._add("drive", on, "0", drive=True)
 
     def given(self, unknown: float) -> None:
@@ -317,22 +317,22 @@ class Machine:
 
     def _cells(self) -> None:
         """Crank angles at which windows and tables switch, seams lie, and loads with `while` mind a dead centre."""
-        found = {0.0}
+        result = {0.0}
         for e in self.efforts:
             ratio, phase = self._angle(e)
             marks = [*(e.window or ()), *(() if e.table is None else map(float, (*e.table.starts, e.table.ends[-1])))]
             if marks or "phi" in e.law.names or e.every != self.cycle:
                 marks.append(0.0)
             turns = math.ceil(ratio * self.cycle / e.every) + 2
-            found |= {(m - phase + k * e.every) / ratio for m in marks for k in range(-turns, turns + 1)}
+            result |= {(m - phase + k * e.every) / ratio for m in marks for k in range(-turns, turns + 1)}
             if e.sense and e.part is not None:
                 grid = np.linspace(0, self.cycle, 1441)
                 rates = [self._way(e, a) for a in grid]
                 for a, b, fa, fb in zip(grid[:-1], grid[1:], rates[:-1], rates[1:], strict=True):
                     if fa * fb < 0:
-                        found.add(brentq(lambda q, e=e: self._way(e, q), a, b, xtol=1e-14))
+                        result.add(brentq(lambda q, e=e: self._way(e, q), a, b, xtol=1e-14))
         kept: list[float] = []
-        for angle in sorted(a % self.cycle for a in found):
+        for angle in sorted(a % self.cycle for a in result):
             if not kept or angle - kept[-1] > 1e-11:
                 kept.append(angle)
         if self.cycle - kept[-1] < 1e-11:
@@ -375,10 +375,10 @@ class Machine:
     def torques(self, t: float, y: Sequence[float], here: list[Here], mode: Mode) -> list[float]:
         """The torque of every effort on its own shaft (N m)."""
         phi, omega = y[0], y[1]
-        found = []
+        result = []
         for e, on, shift, bits in zip(self.efforts, mode.active, mode.shifts, mode.branches, strict=True):
             if not on:
-                found.append(0.0)
+                result.append(0.0)
                 continue
             seen = self.sees(e, phi, omega, shift, here)
             if e.table is not None:
@@ -390,10 +390,10 @@ class Machine:
             else:
                 force = e.law.value(*seen, t, bits)
             force *= e.factor
-            found.append(force if e.part is None else force * here[e.part].ports[e.port][1])
+            result.append(force if e.part is None else force * here[e.part].ports[e.port][1])
         if self.motor is not None:
-            found[-1] = self.motor.torque(self.speeds[self.driven] * omega, y[2 : 2 + self.states], t)
-        return found
+            result[-1] = self.motor.torque(self.speeds[self.driven] * omega, y[2 : 2 + self.states], t)
+        return result
 
     def needs(self, omega: float, here: list[Here], torques: list[float]) -> tuple[list[float], list[float]]:
         """For every shaft: what its mesh must bring it is first * alpha + second (N m, its own), its own things alone."""
@@ -511,15 +511,15 @@ class Machine:
         """Values that stay above 0 while the mode holds."""
         row = y.tolist()
         here = self.bodies(row[0])
-        found = [mode.sense * row[1]]
+        result = [mode.sense * row[1]]
         for e, on, shift, bits in zip(self.efforts, mode.active, mode.shifts, mode.branches, strict=True):
             if bits and on:
                 seen = self.sees(e, row[0], row[1], shift, here)
-                found += [s * b for s, b in zip(e.law.switches(*seen, t, bits), bits, strict=True) if b]
+                result += [s * b for s, b in zip(e.law.switches(*seen, t, bits), bits, strict=True) if b]
         if self.lossy:
             need = self.acceleration(t, row, mode)[2]
-            found += [need[k] * mode.sense * (1 if mode.outwards[k] else -1) for k in self.lossy]
-        return found
+            result += [need[k] * mode.sense * (1 if mode.outwards[k] else -1) for k in self.lossy]
+        return result
 
     # -- a motion ---------------------------------------------------------------------------------------------------------
 
@@ -601,9 +601,9 @@ class Machine:
             )
 
             def states(at: float) -> Any:
-                found = np.array(y)
-                found[2 : 2 + k] = run.sol(at)
-                return found
+                result = np.array(y)
+                result[2 : 2 + k] = run.sol(at)
+                return result
 
         def push(at: float, sense: int) -> float:
             """Driving moment in a sense (N m), above 0 where it leaves."""
@@ -660,9 +660,9 @@ class Machine:
                 if at <= begun and at < b:
                     continue
                 since = max(before, begun) if at > begun else before
-                found = [k for k, left in enumerate(ends(at, dense(at))) if left < 0]
-                if found:
-                    return min((self._root(lambda s, k=k: ends(s, dense(s))[k], since, at), k) for k in found)
+                result = [k for k, left in enumerate(ends(at, dense(at))) if left < 0]
+                if result:
+                    return min((self._root(lambda s, k=k: ends(s, dense(s))[k], since, at), k) for k in result)
                 before = at
             return None
 

@@ -100,10 +100,10 @@ class Regime(NamedTuple):
 
 def order(shafts: dict[str, Any]) -> list[str]:
     """The names of shafts, each after the one that it hangs on."""
-    found = ["crank"]
-    while len(found) <= len(shafts):
-        found.append(next(n for n, s in shafts.items() if n not in found and s.get("on", "crank") in found))
-    return found
+    result = ["crank"]
+    while len(result) <= len(shafts):
+        result.append(next(n for n, s in shafts.items() if n not in result and s.get("on", "crank") in result))
+    return result
 
 
 def tree(scene: dict[str, Any]) -> tuple[dict[str, int], list[Shaft]]:
@@ -263,12 +263,12 @@ class DriveLine:
 
     def _breaks(self) -> list[float]:
         """Crank angles at which something switches: windows, and dead centres where a load minds the sense of motion."""
-        found = {0.0, self.cycle}
+        result = {0.0, self.cycle}
         for push in self.pushes:
             ratio, phase = (self.shafts[push.shaft].speed, self.phase) if push.port else (1.0, 0.0)
             for edge in push.window or ():
                 turns = math.ceil(ratio * self.cycle / push.every) + 1
-                found |= {(edge - phase + k * push.every) / ratio for k in range(-turns, turns + 1)}
+                result |= {(edge - phase + k * push.every) / ratio for k in range(-turns, turns + 1)}
         if any(p.sense for p in self.pushes) or any(
             "sign(v)" in str(row.get("force")) for row in self.scene.get("load", [])
         ):
@@ -277,16 +277,16 @@ class DriveLine:
             speeds = [self.body(ratio * a + self.phase)[3] for a in grid]
             for k in range(720):
                 if speeds[k] * speeds[k + 1] < 0:
-                    found.add(brentq(lambda a: self.body(ratio * a + self.phase)[3], grid[k], grid[k + 1], xtol=1e-15))
+                    result.add(brentq(lambda a: self.body(ratio * a + self.phase)[3], grid[k], grid[k + 1], xtol=1e-15))
         kept: list[float] = []
-        for angle in sorted(a for a in found if -1e-12 < a < self.cycle + 1e-12):
+        for angle in sorted(a for a in result if -1e-12 < a < self.cycle + 1e-12):
             if not kept or angle - kept[-1] > 1e-12:
                 kept.append(angle)
         return kept
 
     def active(self, phi: float) -> tuple[bool, ...]:
         """Pushes that act at a crank angle."""
-        found = []
+        result = []
         for push in self.pushes:
             angle = self.shafts[push.shaft].speed * phi + self.phase if push.port else phi
             on = True
@@ -296,24 +296,24 @@ class DriveLine:
                 on = start <= at < end if start < end else at >= start or at < end
             if push.sense:
                 on = on and push.sense * self.body(angle)[3] > 0
-            found.append(on)
-        return tuple(found)
+            result.append(on)
+        return tuple(result)
 
     def torques(self, phi: float, omega: float, unknown: float, active: Sequence[bool]) -> list[float]:
         """The torque of every push on its own shaft (N m), 0 where it is idle."""
-        found = []
+        result = []
         for push, on in zip(self.pushes, active, strict=True):
             if not on:
-                found.append(0.0)
+                result.append(0.0)
                 continue
             speed = self.shafts[push.shaft].speed
             if push.port:
                 angle = speed * phi + self.phase
                 way = self.body(angle)[3]
-                found.append(way * push.law(angle % push.every, way * speed * omega, unknown))
+                result.append(way * push.law(angle % push.every, way * speed * omega, unknown))
             else:
-                found.append(push.law(phi % push.every, speed * omega, unknown))
-        return found
+                result.append(push.law(phi % push.every, speed * omega, unknown))
+        return result
 
     def shafts_at(self, phi: float, half: float, unknown: float, inertia: float, active: Any) -> tuple[list, list]:
         """For every shaft: the torque that it needs brought by its mesh is first * alpha + second, alone (N m, its own)."""
@@ -431,7 +431,7 @@ class DriveLine:
 
     def extremes(self, pieces: Sequence[Piece], unknown: float, inertia: float) -> tuple[float, float]:
         """Greatest and least speed of the crank along a cycle."""
-        found = []
+        result = []
         for p in pieces:
             given = (unknown, inertia, p.active)
 
@@ -440,11 +440,11 @@ class DriveLine:
 
             grid = np.linspace(p.start, p.end, 4)
             slopes = [alpha(at) for at in grid]
-            found += [float(p.half(p.start)[0]), float(p.half(p.end)[0])]
+            result += [float(p.half(p.start)[0]), float(p.half(p.end)[0])]
             for k in range(3):
                 if slopes[k] * slopes[k + 1] < 0:
-                    found.append(float(p.half(brentq(alpha, grid[k], grid[k + 1], xtol=1e-15))[0]))
-        return math.sqrt(2 * max(found)), math.sqrt(2 * min(found))
+                    result.append(float(p.half(brentq(alpha, grid[k], grid[k + 1], xtol=1e-15))[0]))
+        return math.sqrt(2 * max(result)), math.sqrt(2 * min(result))
 
     # -- the steady regime ------------------------------------------------------------------------------------------------
 
@@ -454,11 +454,11 @@ class DriveLine:
 
     def lacking(self, speed: float, unknown: float, angles: int = 360) -> Any:
         """The crank's remainder (N m) at a constant speed, at angles of a cycle: above 0 the machine is slowed down."""
-        found, half = [], 0.5 * speed * speed
+        result, half = [], 0.5 * speed * speed
         for phi in (np.arange(angles) + 0.5) * self.cycle / angles:
             _, second = self.shafts_at(phi, half, unknown, 0.0, self.active(phi))
-            found.append(self.series([0.0] * len(self.shafts), second, 0.0)[0])
-        return np.array(found)
+            result.append(self.series([0.0] * len(self.shafts), second, 0.0)[0])
+        return np.array(result)
 
     def constant_net(self, speed: float, unknown: float) -> float:
         """The mean of that."""
@@ -489,11 +489,11 @@ class DriveLine:
             w, unknown = x[0], x[1] if free == 2 else 0.0
             pieces = self.cycle_from(0.5 * w * w, unknown, inertia)
             end = math.sqrt(2 * float(pieces[-1].half(self.cycle)[0]))
-            found = [(end - w) / scale[0]]
+            result = [(end - w) / scale[0]]
             if free == 2:
                 assert asked is not None
-                found.append(sum(self.extremes(pieces, unknown, inertia)) / 2 / asked - 1)
-            return np.array(found), pieces
+                result.append(sum(self.extremes(pieces, unknown, inertia)) / 2 / asked - 1)
+            return np.array(result), pieces
 
         x = np.array(start[:free], dtype=float)
         f, pieces = miss(x)
@@ -526,19 +526,19 @@ class DriveLine:
 
     def analysed(self, inertia: float, start: Sequence[float] | None = None) -> Regime:
         """The steady cycle with a flywheel (kg m², at its own shaft)."""
-        asked = self.asked_speed() if self.balanced else None
-        x, pieces = self.steady(inertia, start or self.guess(asked), asked)
+        request = self.asked_speed() if self.balanced else None
+        x, pieces = self.steady(inertia, start or self.guess(request), request)
         return self.figures(inertia, x[1], pieces)
 
     def sized(self, irregularity: float) -> Regime:
         """The flywheel for an irregularity, by bracketing."""
-        asked = self.asked_speed() if self.balanced else None
+        request = self.asked_speed() if self.balanced else None
         known: dict[float, tuple[float, list[float]]] = {}
-        start = self.guess(asked)
+        start = self.guess(request)
 
         def excess(inertia: float) -> float:
             near = min(known, key=lambda j: abs(j - inertia), default=None)
-            x, pieces = self.steady(inertia, known[near][1] if near is not None else start, asked)
+            x, pieces = self.steady(inertia, known[near][1] if near is not None else start, request)
             top, bottom = self.extremes(pieces, x[1], inertia)
             known[inertia] = (2 * (top - bottom) / (top + bottom) / irregularity - 1, x)
             return known[inertia][0]
@@ -598,13 +598,13 @@ class DriveLine:
             best = rows.max()
             for j in np.flatnonzero(rows.max(axis=1) > best - 0.05 * np.ptp(rows)):
                 i = int(np.clip(rows[j].argmax(), 1, 5))  # an extreme may stand beside the end of a step
-                found = minimize_scalar(
+                result = minimize_scalar(
                     lambda phi, j=j: -sign * row(phi, pieces[j])[k],
                     bounds=(grids[j][i - 1], grids[j][i + 1]),
                     method="bounded",
                     options={"xatol": 1e-9},
                 )
-                best = max(best, -float(found.fun))
+                best = max(best, -float(result.fun))
             return float(best)
 
         flows = {

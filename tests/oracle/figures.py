@@ -41,8 +41,8 @@ class Cycle(NamedTuple):
 
     def h(self, factor: Any) -> tuple[Any, Any]:
         """W - factor (I* - I*(0)) wherever it may be extreme, and the angles there."""
-        found = panels.candidates(self.moment - factor * self.slope)
-        return self.work.at(*found) - factor * self.variation.at(*found), self.angles(found)
+        result = panels.candidates(self.moment - factor * self.slope)
+        return self.work.at(*result) - factor * self.variation.at(*result), self.angles(result)
 
 
 class Extreme(NamedTuple):
@@ -78,15 +78,15 @@ def remainders(sample: Sample, mesh: Panels) -> Any:
     kinds = [list(sample.inertia.values()), list(sample.slope.values())]
     kinds += [[t.constant for t in terms], [t.share for t in terms]]
     weight = np.abs(np.array(kinds[0])).max()
-    found = []
+    result = []
     for k, kind in enumerate(kinds):
         rows = np.array(kind)
         whole = panels.integrals(np.abs(rows), mesh.half).sum() + (weight if k == 1 else 0) if kind else Real(1)
         for row in rows:
             tail = panels.tails(row)
             fine = tail <= ENOUGH * np.abs(row).max(axis=-1)
-            found.append(np.where(fine, 0, tail * mesh.half[:, 0] / np.maximum(whole, Real("1e-300"))))
-    return np.array(found)
+            result.append(np.where(fine, 0, tail * mesh.half[:, 0] / np.maximum(whole, Real("1e-300"))))
+    return np.array(result)
 
 
 def cycle_of(machine: Machine) -> Cycle:
@@ -200,29 +200,29 @@ def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
     low, high = lowest, None
     level = np.maximum(Real(0), lowest + abs(lowest) * Real("1e-6"))
     for _ in range(200):
-        found = run(level)
-        if found.s.min() <= -1:
+        result = run(level)
+        if result.s.min() <= -1:
             low, level = level, (level + (high if high is not None else 2 * level + abs(lowest) + 1)) / 2
             continue
-        gap = sum(found.excess)
+        gap = sum(result.excess)
         if gap > 0:
             high = level
         else:
             low = level
-        ends = [int(found.s.argmax()), int(found.s.argmin())]
-        heavy = flywheel + cycle.at_start + cycle.variation.at(found.places.panel[ends], found.places.t[ends])
-        steep = (1 / (speed**2 * heavy * plain.sqrt(1 + found.s[ends]))).sum()
+        ends = [int(result.s.argmax()), int(result.s.argmin())]
+        heavy = flywheel + cycle.at_start + cycle.variation.at(result.places.panel[ends], result.places.t[ends])
+        steep = (1 / (speed**2 * heavy * plain.sqrt(1 + result.s[ends]))).sum()
         target = level - gap / steep
         if not (low < target and (high is None or target < high)):
             target = (low + high) / 2 if high is not None else 2 * level - low + abs(level)
-        small = abs(target - level) <= 4 * EPS * (abs(level) + speed**2 / 4 * total.min() * np.ptp(found.s))
+        small = abs(target - level) <= 4 * EPS * (abs(level) + speed**2 / 4 * total.min() * np.ptp(result.s))
         level = target
         if small:
             break
         if high is not None and high - lowest <= finer(15) * abs(lowest):
             return None
-    found = run(level, exact=True)
-    return found if found.s.min() > -1 and abs(sum(found.excess)) < 1e-12 else None
+    result = run(level, exact=True)
+    return result if result.s.min() > -1 and abs(sum(result.excess)) < 1e-12 else None
 
 
 def period_of(cycle: Cycle, run: Run, flywheel: Any) -> Any:
@@ -279,8 +279,8 @@ def inertias(cycle: Cycle, speed: Any, eps: Any) -> dict[str, Any]:
 
 def extremes_of_inertia(cycle: Cycle) -> tuple[Any, Any]:
     """Least and greatest I*, not by its slope: what a peak adds up to would hide the least."""
-    found = panels.candidates(cycle.slope)
-    values = panels.valued(panels.fit(cycle.inertia)[found.panel], found.t)
+    result = panels.candidates(cycle.slope)
+    values = panels.valued(panels.fit(cycle.inertia)[result.panel], result.t)
     return values.min(), values.max()
 
 
@@ -292,24 +292,24 @@ def references(machine: Machine, slack: float = 1e-12) -> dict[str, Any]:
     ratio = machine.shafts[wheel.get("on", "crank")]
     least, most = extremes_of_inertia(cycle)
     mean = panels.integrals(cycle.inertia, cycle.mesh.half).sum() / cycle.mesh.edges[-1]
-    found = works(cycle) | {"reduced_inertia": {"min": least, "max": most, "mean": mean}, "cycle": cycle, "speed": speed}
-    found |= {"balance": cycle.unknown if machine.balanced else None, "exchanged": cycle.exchanged}
-    found |= {"effect": cycle.effect, "flywheel": {}}
-    found["power"] = cycle.drive_work * speed / cycle.mesh.edges[-1] if "drive" in scene else None
+    result = works(cycle) | {"reduced_inertia": {"min": least, "max": most, "mean": mean}, "cycle": cycle, "speed": speed}
+    result |= {"balance": cycle.unknown if machine.balanced else None, "exchanged": cycle.exchanged}
+    result |= {"effect": cycle.effect, "flywheel": {}}
+    result["power"] = cycle.drive_work * speed / cycle.mesh.edges[-1] if "drive" in scene else None
     flywheel = Real(0)
     if "irregularity" in wheel:
         sized = inertias(cycle, speed, real(wheel["irregularity"]))
         flywheel = np.maximum(sized["exact"], Real(0))
-        found["flywheel"] = {k: np.maximum(v, Real(0)) / ratio**2 for k, v in sized.items()}
-        found["needed"] = sized["exact"] > 0
+        result["flywheel"] = {k: np.maximum(v, Real(0)) / ratio**2 for k, v in sized.items()}
+        result["needed"] = sized["exact"] > 0
     else:
         flywheel = real(wheel["inertia"]) * ratio**2
     run = run_of(cycle, speed, flywheel)
-    found["motion"] = run is not None
+    result["motion"] = run is not None
     if run is not None:
         if "inertia" in wheel:
-            found["simulation"] = dict(motion_figures(cycle, run, flywheel))
+            result["simulation"] = dict(motion_figures(cycle, run, flywheel))
         angles = cycle.angles(run.places)
-        found["angle_speed_max"] = near(run.s, run.s.max(), angles, slack * float(np.ptp(run.s)))
-        found["angle_speed_min"] = near(run.s, run.s.min(), angles, slack * float(np.ptp(run.s)))
-    return found
+        result["angle_speed_max"] = near(run.s, run.s.max(), angles, slack * float(np.ptp(run.s)))
+        result["angle_speed_min"] = near(run.s, run.s.min(), angles, slack * float(np.ptp(run.s)))
+    return result

@@ -209,7 +209,7 @@ def spline(table: dict[str, Any], folder: Path) -> Cubics:
 def solved(matrix: Any, right: Any) -> Any:
     """The solution of a linear system: that in double, refined by its residuals."""
     rough = matrix.astype(float)
-    found = reals(np.linalg.solve(rough, right.astype(float)))
+    result = reals(np.linalg.solve(rough, right.astype(float)))
     for _ in range(4):
-        found += np.linalg.solve(rough, (right - matrix @ found).astype(float))
-    return found
+        result += np.linalg.solve(rough, (right - matrix @ result).astype(float))
+    return result

@@ -77,7 +77,7 @@ def irregularity(omega: Any) -> Any:
 
 def kept(sizing: Any, inertias: Any) -> Any:
     """Flywheels that keep the limits, according to a sizing."""
-    found = inertias >= sizing.flywheel.exact
+    result = inertias >= sizing.flywheel.exact
     for each in sizing.flywheel.broken:
-        found &= ~((inertias >= each.start) & (inertias < (np.inf if each.end is None else each.end)))
-    return found
+        result &= ~((inertias >= each.start) & (inertias < (np.inf if each.end is None else each.end)))
+    return result

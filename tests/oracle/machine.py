@@ -95,8 +95,8 @@ class Machine:
         written = scene.get("parameters", {})
         self.unknown = next((name for name, raw in written.items() if raw == "balance"), None)
         self.parameters = {name: real(raw) for name, raw in written.items() if raw != "balance"}
-        found = scene.get("mechanism", [])
-        self.parts = [self.part(table) for table in (found if isinstance(found, list) else [found])]
+        result = scene.get("mechanism", [])
+        self.parts = [self.part(table) for table in (result if isinstance(result, list) else [result])]
         self.loads = [self.load(table) for table in scene.get("load", [])]
         if "drive" in scene:
             self.loads.append(self.load({"on": "crank", **scene["drive"]}, drive=True))
@@ -189,7 +189,7 @@ class Machine:
 
     def passive(self, phi: Jet, motions: list[Motion]) -> list[Term]:
         """The reduced moments of weights and springs."""
-        found, zero = [], np.zeros_like(phi.value)
+        result, zero = [], np.zeros_like(phi.value)
         if "gravity" in self.scene:
             gravity = self.scene["gravity"]
             g, aim = real(gravity.get("g", "9.80665 m/s^2")), real(gravity.get("direction", "-90 deg"))
@@ -197,12 +197,12 @@ class Machine:
                 for p in motion.points:
                     if p.weighs and p.mass:
                         work = p.mass * g * (plain.cos(aim) * jet(p.x).first + plain.sin(aim) * jet(p.y).first)
-                        found.append(Term(part.shaft, zero + work, zero, False))
+                        result.append(Term(part.shaft, zero + work, zero, False))
         for place, spring in self.springs:
             x = self.displacement(place, phi, motions)
             work = -real(spring["stiffness"]) * (x.value - real(spring.get("rest", 0))) * x.first
-            found.append(Term(place.shaft, zero + work, zero, False))
-        return found
+            result.append(Term(place.shaft, zero + work, zero, False))
+        return result
 
     def damped(self, phi: Jet, motions: list[Motion], omega: Any) -> list[Term]:
         """The reduced moments of dampers."""
@@ -256,7 +256,7 @@ class Machine:
 
     def breakpoints(self) -> Any:
         """Ascending angles of a cycle, its ends included, between which everything is smooth but for the speed."""
-        found = [Real(0), self.cycle, *self.known()]
+        result = [Real(0), self.cycle, *self.known()]
         grid = self.cycle * (reals(np.arange(-1, GRID + 1)) + Real("0.3141")) / GRID
         for k, values in enumerate(self.signs(grid)):
 
@@ -266,9 +266,9 @@ class Machine:
             row = np.broadcast_to(values, grid.shape)
             at = np.flatnonzero(row[1:] * row[:-1] < 0)
             if at.size:
-                found += list(bracketed(switch, grid[at], grid[at + 1], row[at], row[at + 1]))
+                result += list(bracketed(switch, grid[at], grid[at + 1], row[at], row[at + 1]))
         kept: list[Any] = []
-        for angle in sorted(min(max(a, Real(0)), self.cycle) for a in found if -TINY < a < self.cycle + TINY):
+        for angle in sorted(min(max(a, Real(0)), self.cycle) for a in result if -TINY < a < self.cycle + TINY):
             if not kept or angle - kept[-1] > TINY:
                 kept.append(angle)
         kept[-1] = self.cycle
@@ -289,14 +289,14 @@ class Machine:
         """Values whose sign changes are breakpoints: those that angles alone decide, or those that speeds do."""
         at = Jet(phi, Real(1))
         motions = self.motions(at, phi)
-        found = []
+        result = []
         for part in self.parts:
             if isinstance(part.move, Law) and not of_speed:
-                found += part.move.switches(part.ratio * phi + part.phase)
+                result += part.move.switches(part.ratio * phi + part.phase)
         for load in self.loads:
             x = self.displacement(load.place, at, motions)
             if load.sense and not of_speed:
-                found.append(x.first)
+                result.append(x.first)
             if isinstance(load.law, ast.expr):
                 seen = load.offset[0] * phi + load.offset[1]
                 seen = seen - plain.floor(seen / load.every) * load.every
@@ -304,8 +304,8 @@ class Machine:
                 if self.unknown:
                     env[self.unknown] = Both(jet(Real(1)), Real(1))
                 trees = [t for t in formulas.switches(load.law) if bool(formulas.names(t) & {"omega"}) == of_speed]
-                found += [formulas.evaluate(tree, env).anchor for tree in trees]
-        return found
+                result += [formulas.evaluate(tree, env).anchor for tree in trees]
+        return result
 
 
 def active(load: Load, angle: Any) -> Any:
@@ -318,9 +318,9 @@ def active(load: Load, angle: Any) -> Any:
 
 def repeated(marks: list[Any], every: Any, ratio: Any, phase: Any, cycle: Any) -> list[Any]:
     """The crank angles of a cycle at which ratio phi + phase is one of the marks, modulo `every`."""
-    found = []
+    result = []
     for mark in marks:
         first = plain.ceil((phase - mark) / every) - 1
         angles = ((mark + turn * every - phase) / ratio for turn in itertools.count(int(first)))
-        found += list(itertools.takewhile(lambda a: a <= cycle + TINY, angles))
-    return found
+        result += list(itertools.takewhile(lambda a: a <= cycle + TINY, angles))
+    return result

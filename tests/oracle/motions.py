@@ -253,7 +253,7 @@ def linkage(table: Table) -> Move:
         poses[crank] = Pose(*place, psi)  # its own point is its origin
         ports: dict[str, Jet] = {}
         while len(poses) < len(table["bodies"]):
-            added = next(found for joint in table["joints"] if (found := dyad(table, poses, joint, ports)))
+            added = next(result for joint in table["joints"] if (result := dyad(table, poses, joint, ports)))
             poses |= added
         moving = {name: pose for name, pose in poses.items() if name not in ("frame", crank)}
         turning = {name: jet(pose.angle) for name, pose in moving.items()}

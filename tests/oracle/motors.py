@@ -44,10 +44,10 @@ def volts(raw: Any) -> float:
 
 def motor(row: dict[str, Any]) -> str | Motor:
     """The motor of a scene's table."""
-    found = KINDS[row["type"]](row)
-    if "start" in row and isinstance(found, str):
-        return started(row, found)
-    return found
+    result = KINDS[row["type"]](row)
+    if "start" in row and isinstance(result, str):
+        return started(row, result)
+    return result
 
 
 def constant(row: dict[str, Any]) -> str:
@@ -263,11 +263,11 @@ def synchronous(row: dict[str, Any]) -> Motor:
 def servo(row: dict[str, Any]) -> str:
     """A speed controller within the peak curve: flat up to a corner, then straight down to zero."""
     point = value(row["torque"]) if "torque" in row else value(row["power"]) / value(row["speed"])
-    asked, top, corner, last = (value(row[key]) for key in ("set_speed", "peak_torque", "corner_speed", "maximum_speed"))
-    gain = point / (value(row.get("droop", 0.01)) * asked)
+    request, top, corner, last = (value(row[key]) for key in ("set_speed", "peak_torque", "corner_speed", "maximum_speed"))
+    gain = point / (value(row.get("droop", 0.01)) * request)
     curve = f"({top!r} if abs(omega) < {corner!r} else max(0, {top!r}*({last!r} - abs(omega))/{last - corner!r}))"
-    wanted = f"{gain!r}*({asked!r} - omega)"
-    return f"({wanted} if abs({wanted}) < {curve} else {curve}*sign({asked!r} - omega))"
+    wanted = f"{gain!r}*({request!r} - omega)"
+    return f"({wanted} if abs({wanted}) < {curve} else {curve}*sign({request!r} - omega))"
 
 
 def hydraulic(row: dict[str, Any]) -> str:

@@ -69,11 +69,11 @@ def panels(edges: Any) -> Panels:
 
 def spread(breaks: Any, widest: Any) -> Any:
     """Edges: the breakpoints, and even ones between them that are no further apart than `widest`."""
-    found = [breaks[:1]]
+    result = [breaks[:1]]
     for a, b in itertools.pairwise(breaks):
         count = max(int(np.ceil(float((b - a) / widest))), 1)
-        found += [a + (b - a) * reals(np.arange(1, count)) / count, [b]]
-    return reals(np.concatenate(found))
+        result += [a + (b - a) * reals(np.arange(1, count)) / count, [b]]
+    return reals(np.concatenate(result))
 
 
 def bisected(edges: Any, which: Any) -> Any:
@@ -163,6 +163,6 @@ def roots(values: Any, exactly: Callable[[Any, Any], Any] | None = None) -> Plac
 
 def candidates(values: Any, exactly: Callable[[Any, Any], Any] | None = None) -> Places:
     """Those places, and all ends of panels."""
-    found, count = roots(values, exactly), np.arange(len(values))
+    result, count = roots(values, exactly), np.arange(len(values))
     ones = np.ones(count.size, dtype=KIND)
-    return Places(np.concatenate((found.panel, count, count)), np.concatenate((found.t, -ones, ones)))
+    return Places(np.concatenate((result.panel, count, count)), np.concatenate((result.t, -ones, ones)))

@@ -310,13 +310,13 @@ def found(machine: Machine, held: Held, guess: Guess) -> Solved:
             (panels.tails(rate) * old.half[:, 0] > _FINE * np.ptp(s)) & (old.half[:, 0] > 1e-8) & (old.half.size < _MOST)
         )
         still = turns.size == switched.size and not (np.abs(turns - switched) > _STILL).any()
-        told = np.array([np.ptp(s), s.max(), state.inertia, state.unknown])
-        same = turn > _ENOUGH_ROUNDS and (np.abs(told - last) <= finer(16) * np.abs(told)).all()  # only rounding is left
+        output = np.array([np.ptp(s), s.max(), state.inertia, state.unknown])
+        same = turn > _ENOUGH_ROUNDS and (np.abs(output - last) <= finer(16) * np.abs(output)).all()  # only rounding is left
         if (still and not coarse.any()) or same:
             state = equations.rebalanced(state)
             rate = equations.rate(state)
             return Solved(old, state, w, rate, *equations.extremes(state, rate), doubt)
-        last = told
+        last = output
         equations = Equations(machine, cut(old, coarse, switched, turns, machine.breaks), w, held)
         state, switched = moved(old, state, equations.mesh), turns
     raise NoMotionError

@@ -99,12 +99,12 @@ def _reached(piece: Piece, speed: float) -> float | None:
 
 def _joined(rests: list[Rest]) -> list[Rest]:
     """Standstills, those of two connections that follow each other as one."""
-    found: list[Rest] = []
+    result: list[Rest] = []
     for rest in rests:
-        if found and found[-1].end == rest.start:
-            rest = rest._replace(start=found.pop().start)
-        found.append(rest)
-    return found
+        if result and result[-1].end == rest.start:
+            rest = rest._replace(start=result.pop().start)
+        result.append(rest)
+    return result
 
 
 # Loads that work over a port's stroke (presses, diagrams, compressors) as expressions of where the port is and its way.

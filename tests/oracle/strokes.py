@@ -125,17 +125,17 @@ def locked(plan: Plan, phi: float, v: float, middle: float, brake: float = 0.0) 
     reduced, slope, moment = driven(plan, phi, middle)
     moment -= brake
     motor = float(plan.motor(plan.belt * plan.ratio * v))
-    r, found = plan.ratio, (0.0, 0.0)
+    r, result = plan.ratio, (0.0, 0.0)
     for belt in (plan.belt_efficiency, 1 / plan.belt_efficiency):
         for gear in (plan.gear_efficiency, 1 / plan.gear_efficiency):
             inertia = plan.wheel + belt * plan.belt**2 * plan.rotor
             alpha = (gear * r * belt * plan.belt * motor + moment - slope * v * v / 2) / (reduced + gear * r * r * inertia)
             torque = belt * plan.belt * motor - inertia * r * alpha
-            found = alpha, torque
+            result = alpha, torque
             passed = motor - plan.rotor * plan.belt * r * alpha
             if _fits(torque, gear) and _fits(passed, belt):
-                return found
-    return found
+                return result
+    return result
 
 
 class Run:
@@ -156,11 +156,11 @@ class Run:
             event = lambda t, y, value=value: value(t, y)  # noqa: E731
             event.terminal, event.direction = True, sense  # type: ignore[attr-defined]
             events.append(event)
-        found = solve_ivp(
+        result = solve_ivp(
             rate, (t, last), start, method="DOP853", rtol=_RTOL, atol=1e-13, events=events or None, dense_output=True
         )
-        assert found.success, found.message
-        return found
+        assert result.success, result.message
+        return result
 
     def speeds(self, found: Any, of: Callable[[Any], Any]) -> None:
         """Extremes of the wheel's speed along a piece, which is kept."""
@@ -182,19 +182,19 @@ class Run:
 
     def greatest(self, of: Callable[[Any], Any]) -> float:
         """The greatest value over the stroke, of the motor's speed."""
-        return max(self.most(found, lambda t, y, own=own: of(self.plan.belt * own(y))) for found, own in self.pieces)
+        return max(self.most(result, lambda t, y, own=own: of(self.plan.belt * own(y))) for result, own in self.pieces)
 
     def losses(self, rated: Rated) -> tuple[Any, Any, Any]:
         """Times (s), weights (s) and losses over the rated ones at Gauss' nodes of parts of all steps."""
         nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
         times, lasting, losses = [], [], []
-        for found, of in self.pieces:
-            steps = zip(found.t[:-1], found.t[1:], strict=True)
+        for result, of in self.pieces:
+            steps = zip(result.t[:-1], result.t[1:], strict=True)
             edges = np.concatenate([np.linspace(*each, _PARTS + 1)[:-1] for each in steps])
-            half = 0.5 * np.diff(edges, append=found.t[-1])[:, None]
+            half = 0.5 * np.diff(edges, append=result.t[-1])[:, None]
             times.append((edges[:, None] + half * (1.0 + nodes)).ravel())
             lasting.append((half * weights).ravel())
-            losses.append(rated.losses(self.plan.belt * of(found.sol(times[-1]))))
+            losses.append(rated.losses(self.plan.belt * of(result.sol(times[-1]))))
         return np.concatenate(times), np.concatenate(lasting), np.concatenate(losses)
 
 
@@ -232,24 +232,24 @@ def returning(plan: Plan, w: float, phi: float) -> dict[str, float]:
 
 def shares(plan: Plan, figures: dict[str, float]) -> dict[str, float]:
     """The loads over their limits of a stroke that returns."""
-    found = {"time of the stroke": figures["stroke_time"] / plan.period}
-    found["clutch heat an hour"] = 3600.0 * figures["clutch_heat"] / plan.period / plan.per_hour
+    result = {"time of the stroke": figures["stroke_time"] / plan.period}
+    result["clutch heat an hour"] = 3600.0 * figures["clutch_heat"] / plan.period / plan.per_hour
     if plan.rated is not None:
-        found["motor torque"] = figures["motor_torque_rms"] / plan.rated.torque
-        found["motor heat"] = figures["motor_heat"]
+        result["motor torque"] = figures["motor_torque_rms"] / plan.rated.torque
+        result["motor heat"] = figures["motor_heat"]
     if "temperature" in figures and plan.rated is not None:
-        found["motor temperature"] = figures["temperature"] / plan.rated.limit
-    return found
+        result["motor temperature"] = figures["temperature"] / plan.rated.limit
+    return result
 
 
 def over_limits(plan: Plan, figures: dict[str, float], asked: dict[str, float]) -> dict[str, float]:
     """Limited figures of the flywheel over their limits."""
     high, low = figures["speed_greatest"], figures["speed_least"]
-    found = {"irregularity": 2.0 * (high - low) / (high + low)}
+    result = {"irregularity": 2.0 * (high - low) / (high + low)}
     if plan.rated is not None:
-        found["motor_torque"] = figures["motor_torque_peak"] / plan.rated.torque
-        found |= {"motor_rms": figures["motor_torque_rms"] / plan.rated.torque, "motor_heat": figures["motor_heat"]}
-    return {name: found[name] / most for name, most in asked.items()}
+        result["motor_torque"] = figures["motor_torque_peak"] / plan.rated.torque
+        result |= {"motor_rms": figures["motor_torque_rms"] / plan.rated.torque, "motor_heat": figures["motor_heat"]}
+    return {name: result[name] / most for name, most in asked.items()}
 
 
 def marks(plan: Plan) -> list[float]:
@@ -266,8 +266,8 @@ def _mirrored(plan: Plan) -> Plan:
 def ahead(plan: Plan, phi: float) -> float:
     """The next of the marks, not reduced to a turn."""
     turn = math.floor(phi / TURN) * TURN
-    found = [turn + k * TURN + mark for k in (0, 1) for mark in (*marks(plan), 0.0) if turn + k * TURN + mark > phi + 1e-11]
-    return min(found)
+    result = [turn + k * TURN + mark for k in (0, 1) for mark in (*marks(plan), 0.0) if turn + k * TURN + mark > phi + 1e-11]
+    return min(result)
 
 
 def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
@@ -331,15 +331,15 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
             apart = lambda t, y, sense=sense: sense * (y[0] - r * y[2])  # noqa: E731
             # from the other side of 0, so that a step which passes over the whole way back is not taken for a start
             rests = [(lambda t, y, turns=turns: y[2] + 1e-13 * turns, -turns)] if time > hold else []
-            found = run.step(slips, y, t, (apart, -1), (angle, turns), *rests, last=last)
-            if rests and found.t_events[2].size:
+            result = run.step(slips, y, t, (apart, -1), (angle, turns), *rests, last=last)
+            if rests and result.t_events[2].size:
                 assert math.isnan(lock), "the crank stalls"
-                run.speeds(found, lambda y: y[0])
-                t, y = float(found.t[-1]), found.y[:, -1].tolist()
+                run.speeds(result, lambda y: y[0])
+                t, y = float(result.t[-1]), result.y[:, -1].tolist()
                 y[2] = 0.0
                 hold, turns = _released(plan, y[1], t)
                 continue
-            run.speeds(found, lambda y: y[0])
+            run.speeds(result, lambda y: y[0])
         else:
             y[0] = r * y[2]
 
@@ -355,30 +355,30 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
                 return plan.static * share(t, time) - abs(passes(t, y))
 
             tight = spare(t, y) < 0.0
-            found = None
+            result = None
             if not tight:
-                found = run.step(joined, y, t, (spare, -1), (angle, 1), (lambda t, y: y[2], -1), last=last)
-                assert not found.t_events[2].size, "the machine stalls"
-                run.speeds(found, lambda y: r * y[2])
-                passed = run.most(found, lambda t, y, passes=passes: abs(passes(t, y)))
+                result = run.step(joined, y, t, (spare, -1), (angle, 1), (lambda t, y: y[2], -1), last=last)
+                assert not result.t_events[2].size, "the machine stalls"
+                run.speeds(result, lambda y: r * y[2])
+                passed = run.most(result, lambda t, y, passes=passes: abs(passes(t, y)))
                 run.clutch_torque = max(run.clutch_torque, passed)
-            if tight or (found is not None and found.t_events[0].size):
-                if found is not None:
-                    t, y = float(found.t[-1]), found.y[:, -1].tolist()
+            if tight or (result is not None and result.t_events[0].size):
+                if result is not None:
+                    t, y = float(result.t[-1]), result.y[:, -1].tolist()
                 y[0] = r * y[2]
                 sense = 1 if passes(t, y) > 0.0 else -1
                 if math.isinf(let_go):
                     where = y[1] if math.isnan(where) else where
                     run.clutch_torque = plan.static
                 continue
-        t, y = float(found.t[-1]), found.y[:, -1].tolist()
+        t, y = float(result.t[-1]), result.y[:, -1].tolist()
         if sense and not math.isnan(lock) and math.isinf(let_go):
             again += t - before
-        if sense and found.t_events[0].size:
+        if sense and result.t_events[0].size:
             if math.isnan(lock):
                 slip, lock = t, y[1]
             sense = 0
-        elif found.t_events[1].size:
+        elif result.t_events[1].size:
             y[1] = end
             if end == plan.release:
                 let_go = t
@@ -396,8 +396,8 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
     def recovers(t: float, y: Any) -> list[float]:
         return [driving(plan, y[0], 0.0), *motor(y[0])]
 
-    found = run.step(recovers, [wheel, y[5], y[6]], release, last=plan.period)
-    run.speeds(found, lambda y: y[0])
+    result = run.step(recovers, [wheel, y[5], y[6]], release, last=plan.period)
+    run.speeds(result, lambda y: y[0])
     warm: dict[str, float] = {}
     if plan.rated is not None:
         times, lasting, losses = run.losses(plan.rated)
@@ -409,7 +409,7 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
             warm["temperature"] = warmest(plan.rated, plan.period, times, lasting, losses)
     return {
         **warm,
-        "speed": float(found.y[0, -1]),
+        "speed": float(result.y[0, -1]),
         "rest": rest,
         "slip_time": slip,
         "lock_angle": lock,
@@ -426,8 +426,8 @@ def stroke(plan: Plan, w: float, phi: float) -> dict[str, float]:
         "speed_least": run.lowest,
         "speed_greatest": run.highest,
         "wheel_energy": (plan.wheel + plan.belt**2 * plan.rotor) * (start**2 - run.lowest**2) / 2,
-        "mean_power": float(found.y[1, -1]) / plan.period,
-        "motor_torque_rms": math.sqrt(float(found.y[2, -1]) / plan.period),
+        "mean_power": float(result.y[1, -1]) / plan.period,
+        "motor_torque_rms": math.sqrt(float(result.y[2, -1]) / plan.period),
     }
 
 
@@ -471,7 +471,7 @@ def _alone(plan: Plan, run: Run, t: float, y: list[float], goal: float, begin: f
             reduced, slope, moment = driven(plan, y[1], middle)
             return [0.0, y[2], (moment - brake - slope * y[2] ** 2 / 2) / reduced, 0.0, brake * y[2], 0.0, 0.0]
 
-        found = run.step(rate, y, t, (lambda t, y: y[2], -1), (lambda t, y, end=end: y[1] - end, 1), last=last)
-        t, y = float(found.t[-1]), found.y[:, -1].tolist()
-        if found.t_events[0].size or (found.t_events[1].size and end == goal):
+        result = run.step(rate, y, t, (lambda t, y: y[2], -1), (lambda t, y, end=end: y[1] - end, 1), last=last)
+        t, y = float(result.t[-1]), result.y[:, -1].tolist()
+        if result.t_events[0].size or (result.t_events[1].size and end == goal):
             return t, y

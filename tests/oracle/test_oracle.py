@@ -46,18 +46,18 @@ def test_figures_that_know_no_speed(name: str) -> None:
     true = REFERENCES[name]
     scene = tomllib.loads((FOLDER / "scenes" / f"{name}.toml").read_text(), parse_float=Real)
     with np.errstate(all="ignore"):
-        found = figures.references(Machine(scene, FOLDER / "scenes"))
+        result = figures.references(Machine(scene, FOLDER / "scenes"))
     work, ratio = true["work_exchanged"], true["flywheel"].get("approximate_total") or 0
-    errors = {k: off(found[k], true[k], work) for k in ("accumulated_max", "accumulated_min", "energy_fluctuation")}
-    assert len(found["areas"]) == len(true["areas"])
-    for k, (mine, area) in enumerate(zip(found["areas"], true["areas"], strict=True)):
+    errors = {k: off(result[k], true[k], work) for k in ("accumulated_max", "accumulated_min", "energy_fluctuation")}
+    assert len(result["areas"]) == len(true["areas"])
+    for k, (mine, area) in enumerate(zip(result["areas"], true["areas"], strict=True)):
         errors |= {f"area {k}": off(mine["work"], area["work"], work), f"to {k}": off(mine["to"], area["to"], 1)}
-    errors |= {k: off(v, true["flywheel"][k], ratio) for k, v in found["flywheel"].items() if k in true["flywheel"]}
-    errors |= {k: off(v, true["simulation"][k]) for k, v in found.get("simulation", {}).items()}
+    errors |= {k: off(v, true["flywheel"][k], ratio) for k, v in result["flywheel"].items() if k in true["flywheel"]}
+    errors |= {k: off(v, true["simulation"][k]) for k, v in result.get("simulation", {}).items()}
     most = true["reduced_inertia"]["max"]
-    errors |= {f"I* {k}": off(v, true["reduced_inertia"][k], most) for k, v in found["reduced_inertia"].items()}
+    errors |= {f"I* {k}": off(v, true["reduced_inertia"][k], most) for k, v in result["reduced_inertia"].items()}
     if true["balance"] is not None:
-        errors["balance"] = off(found["balance"], true["balance"])
+        errors["balance"] = off(result["balance"], true["balance"])
     limit = WITHIN * (5 if "near" in name else 1)  # close to a change point rounding is magnified
     assert {k: e for k, e in errors.items() if not e <= limit} == {}
 
@@ -70,15 +70,15 @@ MOTIONS = [(name, kind) for kind, names in (("sizing", SIZED), ("analysis", ANAL
 @pytest.mark.parametrize(("name", "kind"), sample(MOTIONS, 6))
 def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None:
     true = json.loads(machines.REFERENCES.read_text())[name][kind]
-    asked, wanted = next(iter(true.items()))
-    scene = machines.scene(name, **{"inertia" if kind == "analysis" else "irregularity": float(asked)})
+    request, wanted = next(iter(true.items()))
+    scene = machines.scene(name, **{"inertia" if kind == "analysis" else "irregularity": float(request)})
     with np.errstate(all="ignore"):
         machine = Machine(scene)
         ratio = machine.shafts[scene["flywheel"].get("on", "crank")]
         given, speed = Real(wanted["inertia"]) * ratio**2, Real(wanted["speed"])
         held = regimes.Held(
             given if kind == "analysis" else None,
-            None if kind == "analysis" else Real(asked),
+            None if kind == "analysis" else Real(request),
             speed if machine.balanced else None,
         )
         unknown = Real(wanted["balance"] or 0)
@@ -241,24 +241,24 @@ def test_steady_train_by_hand() -> None:
         "drive": {"on": "motor", "torque": "balance"},
         "regime": {"speed": 8.0},
     }
-    found = DriveLine(scene).analysed(1.0)
+    result = DriveLine(scene).analysed(1.0)
     on_wheel = 500.0 / 5.0 / 0.97 + 3.0
-    assert found.unknown == pytest.approx(on_wheel / 3.0 / 0.96, rel=1e-12)  # slip costs speed, not torque
-    assert found.mean_power == pytest.approx(on_wheel * 40.0 / 0.96 / 0.98, rel=1e-12)
-    assert found.flows["motor"].lost == pytest.approx(found.mean_power * (1 - 0.96 * 0.98), rel=1e-12)
-    assert found.works["drag wheel"] == pytest.approx(-3.0 * 5.0 * math.tau, rel=1e-12)
+    assert result.unknown == pytest.approx(on_wheel / 3.0 / 0.96, rel=1e-12)  # slip costs speed, not torque
+    assert result.mean_power == pytest.approx(on_wheel * 40.0 / 0.96 / 0.98, rel=1e-12)
+    assert result.flows["motor"].lost == pytest.approx(result.mean_power * (1 - 0.96 * 0.98), rel=1e-12)
+    assert result.works["drag wheel"] == pytest.approx(-3.0 * 5.0 * math.tau, rel=1e-12)
 
 
 @pytest.mark.slow
 def test_two_meshes_on_the_crank_as_by_collocation() -> None:
-    found, machine = DriveLine(PRESS).analysed(0.3), Machine(PRESS)
+    result, machine = DriveLine(PRESS).analysed(0.3), Machine(PRESS)
     held = regimes.Held(Real(0.3) * 64, None, None)
-    guess = regimes.Guess(Real(found.speed), held.inertia, Real(0), lambda phi: np.full(phi.shape, 1.001 * found.speed))
+    guess = regimes.Guess(Real(result.speed), held.inertia, Real(0), lambda phi: np.full(phi.shape, 1.001 * result.speed))
     with np.errstate(all="ignore"):
         other = regimes.found(machine, held, guess)
     high, low = other.excess
-    assert found.speed_max == pytest.approx(float(other.w * (1 + high)), rel=1e-12)
-    assert found.speed_min == pytest.approx(float(other.w * (1 + low)), rel=1e-12)
+    assert result.speed_max == pytest.approx(float(other.w * (1 + high)), rel=1e-12)
+    assert result.speed_min == pytest.approx(float(other.w * (1 + low)), rel=1e-12)
 
 
 @pytest.mark.slow
@@ -269,6 +269,6 @@ def test_power_of_a_train_closes() -> None:
         "motor": {"on": "wheel", "ratio": 2.0, "efficiency": 0.95, "slip": 0.03},
         "fan": {"on": "wheel", "ratio": 1.5, "slip": 0.01},
     }
-    found = DriveLine(PRESS | {"shafts": shafts, "flywheel": {"on": "wheel"}}).analysed(2.0)
-    lost = sum(flow.lost for flow in found.flows.values()) * found.period
-    assert sum(found.works.values()) == pytest.approx(lost, rel=1e-11)
+    result = DriveLine(PRESS | {"shafts": shafts, "flywheel": {"on": "wheel"}}).analysed(2.0)
+    lost = sum(flow.lost for flow in result.flows.values()) * result.period
+    assert sum(result.works.values()) == pytest.approx(lost, rel=1e-11)

@@ -61,10 +61,10 @@ def executable(kind: BrowserType | None = None) -> str:
     """The browser to take: the one that is named, one on the path, one in a usual place, playwright's own."""
     named = os.environ.get(BROWSER)
     if named:
-        found = shutil.which(named)
-        if found is None:
+        result = shutil.which(named)
+        if result is None:
             raise Missing(f"{BROWSER} names {named}, which is no program")
-        return found
+        return result
     own = [kind.executable_path] if kind else []
     for place in (*filter(None, map(shutil.which, _NAMES)), *_PLACES, *own):
         if os.access(place, os.X_OK):
@@ -79,8 +79,8 @@ def browser(*options: str) -> Iterator[Browser]:
         from playwright.sync_api import sync_playwright
     except ImportError as reason:
         raise Missing("playwright is not installed: pip install -e '.[dev,browser]'") from reason
-    with sync_playwright() as playwright, launched(playwright.chromium, *options) as found:
-        yield found
+    with sync_playwright() as playwright, launched(playwright.chromium, *options) as result:
+        yield result
 
 
 @contextmanager
@@ -88,11 +88,11 @@ def launched(kind: BrowserType, *options: str) -> Iterator[Browser]:
     """A browser of playwright's kind with options of its own."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0  # which Chromium runs without its sandbox alone
     usual = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
-    found = kind.launch(executable_path=executable(kind), args=[*usual, *options])
+    result = kind.launch(executable_path=executable(kind), args=[*usual, *options])
     try:
-        yield found
+        yield result
     finally:
-        found.close()
+        result.close()
 
 
 # -- the server --------------------------------------------------------------------------------------------------------
@@ -130,8 +130,8 @@ class Served:
             except Empty:
                 self.process.kill()
                 raise AssertionError(f"no address within {_SECONDS:g} s; printed: {''.join(self.printed)}") from None
-            if found := _ADDRESS.search(self.printed[-1]):
-                return found[0]
+            if result := _ADDRESS.search(self.printed[-1]):
+                return result[0]
             assert self.printed[-1], f"the server has ended with {self.process.wait()}; printed: {''.join(self.printed)}"
 
 
@@ -268,9 +268,9 @@ def violations(page: Page, context: Any = None) -> list[str]:
     """Violations that axe-core finds on the page, a line each: rule, elements, and its message."""
     from axe_playwright_python.sync_playwright import Axe
 
-    found = Axe().run(page, context).response["violations"]
+    result = Axe().run(page, context).response["violations"]
     return [
         f"{rule['id']} ({rule['impact']}) {node['target']}: {node['failureSummary']}".replace("\n", " ")
-        for rule in found
+        for rule in result
         for node in rule["nodes"]
     ]

@@ -41,10 +41,10 @@ def _found() -> Iterator[Browser | str]:
     """A browser, or why there is none."""
     with ExitStack() as stack:
         try:
-            found: Browser | str = stack.enter_context(browser())
+            result: Browser | str = stack.enter_context(browser())
         except Missing as reason:
-            found = str(reason)
-        yield found
+            result = str(reason)
+        yield result
 
 
 @pytest.fixture
@@ -104,8 +104,8 @@ def press(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     scene = tmp_path_factory.mktemp("press") / "press.toml"
     shutil.copy(EXAMPLES / "machines/press.toml", scene)
     before = scene.read_bytes()
-    with served(scene) as found:
-        yield found
+    with served(scene) as result:
+        yield result
     assert scene.read_bytes() == before, "a test has saved the scene that all share"
 
 

@@ -33,10 +33,10 @@ def becomes(page, expected):
     """Wait until the scene's text has a line that matches; the line."""
     page.keyboard.press("Alt+2")
     for _ in range(600):
-        found = re.search(expected, page.locator("#text").input_value(), re.MULTILINE)
-        if found:
+        result = re.search(expected, page.locator("#text").input_value(), re.MULTILINE)
+        if result:
             page.keyboard.press("Alt+1")
-            return found[0]
+            return result[0]
         page.wait_for_timeout(100)
     raise AssertionError(f"no line {expected} in\n{page.locator('#text').input_value()}")
 
@@ -155,8 +155,8 @@ def test_a_slider_by_arrow_keys_is_one_step_back(page):
     with answers_held(page):  # to draw one between two keys takes longer than a step's pause on a slow machine
         for _ in range(5):
             page.keyboard.press("ArrowRight")
-    found = float(re.search(r'"([\d.]+) mm"', becomes(page, r'^crank\.length = "(?!80 mm).*'))[1])
-    assert found > 80
+    result = float(re.search(r'"([\d.]+) mm"', becomes(page, r'^crank\.length = "(?!80 mm).*'))[1])
+    assert result > 80
     answered(page)
     assert page.locator("#numbers").inner_text() != before
     page.click("#undo")
@@ -290,9 +290,9 @@ def test_the_crank_is_dragged(page):
 def test_a_crank_in_hand_stays_there_when_an_answer_comes(page):
     """The answer that a run in time confirms comes whenever it comes: the figures are drawn anew under the hand."""
     answered(page)
-    with answers_held(page) as asked:
+    with answers_held(page) as request:
         field(page, LENGTH).locator("input[type=range]").press("ArrowRight")
-        until(page, lambda: asked)
+        until(page, lambda: request)
         x, y, radius = crank_in_hand(page)
         page.mouse.move(x - radius * 0.1, y - radius * 0.2, steps=4)
         until(page, lambda: 5 < float(page.locator("#angle").input_value()) < 40)
@@ -664,8 +664,8 @@ def test_a_crank_that_is_dragged_takes_the_cursor_along_in_every_figure(drawn_fi
     angle = float(slider.get_attribute("aria-valuenow") or 0.0)
     expected(slider).to_have_attribute("aria-valuetext", re.compile(re.escape(f"{angle:.1f}°")))
     for figure in ("moment", "inertia", "wittenbauer", "speed", "motion"):
-        told = next(float(words.rstrip(" °")) for words in readout(page, figure) if words.endswith("°"))
-        assert told == pytest.approx(angle, abs=0.1)
+        reply = next(float(words.rstrip(" °")) for words in readout(page, figure) if words.endswith("°"))
+        assert reply == pytest.approx(angle, abs=0.1)
 
 
 @pytest.mark.slow
@@ -698,7 +698,7 @@ def test_a_curve_that_is_pointed_at_moves_the_mechanism(drawn_figure: Callable[.
 @pytest.mark.slow
 def test_bands_of_power_lead_out_or_back_as_it_flows_at_the_cursor(drawn_figure: Callable[..., "Page"]) -> None:
     page = drawn_figure("machines/press.toml")
-    told = page.locator("[data-figure=power_flow] svg text", has_text="flywheel").locator("xpath=following-sibling::*[1]")
+    reply = page.locator("[data-figure=power_flow] svg text", has_text="flywheel").locator("xpath=following-sibling::*[1]")
     for degrees, sense in ((300, 1), (345, -1)):
         value = page.evaluate(
             """(least) => {
@@ -709,7 +709,7 @@ def test_bands_of_power_lead_out_or_back_as_it_flows_at_the_cursor(drawn_figure:
             math.radians(degrees),
         )
         assert sense * value > 0.0
-        written, unit = (told.text_content() or "").replace("−", "-").split()
+        written, unit = (reply.text_content() or "").replace("−", "-").split()
         assert float(written) * {"W": 1.0, "kW": 1e3}[unit] == pytest.approx(value, rel=0.02)
 
 

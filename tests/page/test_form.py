@@ -83,39 +83,39 @@ def test_a_jump_stands_at_one_angle_with_both_its_values(answer: dict) -> None:
 
 
 def test_the_tangents_cut_off_mn_and_meet_in_p(press: Sizing, answer: dict) -> None:
-    found, eps, omega = answer["wittenbauer"], press.scene.irregularity, press.speed
-    fast, slow = found["tangents"]
-    assert found["mn"] == pytest.approx(eps * omega**2 * press.flywheel.exact, rel=1e-9)
-    assert found["mn"] == pytest.approx(fast["intercept"] - slow["intercept"], rel=1e-9)
+    result, eps, omega = answer["wittenbauer"], press.scene.irregularity, press.speed
+    fast, slow = result["tangents"]
+    assert result["mn"] == pytest.approx(eps * omega**2 * press.flywheel.exact, rel=1e-9)
+    assert result["mn"] == pytest.approx(fast["intercept"] - slow["intercept"], rel=1e-9)
     assert fast["slope"] == pytest.approx(0.5 * (omega * (1 + eps / 2)) ** 2, rel=1e-12)
     for tangent in (fast, slow):
-        on = tangent["slope"] * found["pole"][0] + tangent["intercept"]
-        assert on == pytest.approx(found["pole"][1], rel=1e-9)
-    above = np.array(found["energy"]) - fast["slope"] * np.array(found["inertia"]) - fast["intercept"]
-    below = np.array(found["energy"]) - slow["slope"] * np.array(found["inertia"]) - slow["intercept"]
-    assert above.max() == pytest.approx(0.0, abs=1e-6 * found["mn"])
-    assert below.min() == pytest.approx(0.0, abs=1e-6 * found["mn"])
+        on = tangent["slope"] * result["pole"][0] + tangent["intercept"]
+        assert on == pytest.approx(result["pole"][1], rel=1e-9)
+    above = np.array(result["energy"]) - fast["slope"] * np.array(result["inertia"]) - fast["intercept"]
+    below = np.array(result["energy"]) - slow["slope"] * np.array(result["inertia"]) - slow["intercept"]
+    assert above.max() == pytest.approx(0.0, abs=1e-6 * result["mn"])
+    assert below.min() == pytest.approx(0.0, abs=1e-6 * result["mn"])
 
 
 def test_the_speed_keeps_the_band_that_was_asked_for(press: Sizing, answer: dict) -> None:
-    found = answer["speed"]
-    exact = np.array(found["traces"][0]["values"])
-    assert [trace["key"] for trace in found["traces"]] == ["exact", "approximate", "inertia_torque_flywheel"]
-    assert (exact.min(), exact.max()) == pytest.approx(tuple(found["band"]), rel=1e-9)
-    assert found["greatest"] == {"value": press.run.speed_max, "at": press.run.angle_speed_max}
+    result = answer["speed"]
+    exact = np.array(result["traces"][0]["values"])
+    assert [trace["key"] for trace in result["traces"]] == ["exact", "approximate", "inertia_torque_flywheel"]
+    assert (exact.min(), exact.max()) == pytest.approx(tuple(result["band"]), rel=1e-9)
+    assert result["greatest"] == {"value": press.run.speed_max, "at": press.run.angle_speed_max}
     again = turning_moment.speed_over_cycle(press.cycle, press.speed, press.run, np.array(answer["phi"][5:6]))
     assert exact[5] == pytest.approx(again[0], rel=1e-12)
 
 
 def test_power_comes_to_every_place_as_it_leaves_it_at_every_angle(answer: dict) -> None:
-    found = answer["power_flow"]
-    powers = np.array([stream["powers"] for stream in found["streams"]])
-    for place in found["places"]:
-        sense = [(stream["to"] == place) - (stream["from"] == place) for stream in found["streams"]]
+    result = answer["power_flow"]
+    powers = np.array([stream["powers"] for stream in result["streams"]])
+    for place in result["places"]:
+        sense = [(stream["to"] == place) - (stream["from"] == place) for stream in result["streams"]]
         if place.startswith("shafts."):
             assert sense @ powers == pytest.approx(0.0, abs=1e-9 * np.abs(powers).max())
-    assert found["input"] == pytest.approx(found["output"] + found["losses"], rel=1e-9)
-    assert {stream["label"] for stream in found["streams"]} >= {
+    assert result["input"] == pytest.approx(result["output"] + result["losses"], rel=1e-9)
+    assert {stream["label"] for stream in result["streams"]} >= {
         "drive",
         "flywheel",
         "weights on crank",
@@ -139,25 +139,25 @@ def test_reactions_are_those_of_joint_forces(press: Sizing, answer: dict) -> Non
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "order"), [("position", 0), ("velocity", 1), ("acceleration", 2)])
 def test_motion_is_that_of_motion_with_its_extremes(press: Sizing, kind: str, order: int) -> None:
-    found = data.answer(press, {"panels": ["motion"], "kind": kind, "of": "rod.com"})
-    curve = flywheel.motion(press.machine, of=["rod.com"], at=found["phi"][3:-3:50], regime=True)["rod.com"]
+    result = data.answer(press, {"panels": ["motion"], "kind": kind, "of": "rod.com"})
+    curve = flywheel.motion(press.machine, of=["rod.com"], at=result["phi"][3:-3:50], regime=True)["rod.com"]
     values = (curve.position, curve.velocity, curve.acceleration)[order]
-    for row, part in zip(values, found["motion"]["curves"], strict=False):
+    for row, part in zip(values, result["motion"]["curves"], strict=False):
         assert np.array(part["values"])[3:-3:50] == pytest.approx(row, abs=1e-6 * np.abs(part["values"]).max())
-    assert found["motion"]["unit"] == ("m", "m/s", "m/s²")[order]
+    assert result["motion"]["unit"] == ("m", "m/s", "m/s²")[order]
 
 
 @pytest.mark.slow
 def test_extremes_between_samples_are_those_of_the_survey(press: Sizing) -> None:
-    found = data.answer(press, {"panels": ["motion"], "kind": "velocity", "of": "guide"})["motion"]["curves"][0]
+    result = data.answer(press, {"panels": ["motion"], "kind": "velocity", "of": "guide"})["motion"]["curves"][0]
     known = {
         e.which: e
         for e in flywheel.motion(press.machine, of=["guide"], regime=True).extremes["guide"]
         if e.quantity == "velocity"
     }
     for which in ("least", "greatest"):
-        assert found[which]["value"] == pytest.approx(known[which].value, rel=1e-6)
-        assert found[which]["at"] == pytest.approx(known[which].at, abs=1e-3)
+        assert result[which]["value"] == pytest.approx(known[which].value, rel=1e-6)
+        assert result[which]["at"] == pytest.approx(known[which].at, abs=1e-3)
 
 
 def test_bodies_stand_where_motion_has_their_points(press: Sizing, answer: dict) -> None:
@@ -195,17 +195,17 @@ GONE = {
 
 @pytest.mark.parametrize("name", [*GONE, "machines/press.toml"])
 def test_every_panel_is_drawn_or_told_why_not_in_finite_numbers(name: str) -> None:
-    found = plain(data.answer(flywheel.load(EXAMPLES / name), rest=False))
-    assert set(found["why"]) == GONE.get(name, set())
-    assert set(found["figures"]) == set(data.PANELS) - set(found["why"]) - {"servo"}  # no drive here is one
-    assert all(found["why"].values())
+    result = plain(data.answer(flywheel.load(EXAMPLES / name), rest=False))
+    assert set(result["why"]) == GONE.get(name, set())
+    assert set(result["figures"]) == set(data.PANELS) - set(result["why"]) - {"servo"}  # no drive here is one
+    assert all(result["why"].values())
 
 
 def test_a_scene_that_cannot_be_sized_still_moves(press: Sizing) -> None:
     scene = press.scene.with_({"drive": None})
-    found = data.answer(scene, {"panels": ["mechanism", "moment", "motion"]})
-    assert found["figures"] == ["mechanism", "motion"]
-    assert [fault.path for fault in found["faults"]] == ["load"]
+    result = data.answer(scene, {"panels": ["mechanism", "moment", "motion"]})
+    assert result["figures"] == ["mechanism", "motion"]
+    assert [fault.path for fault in result["faults"]] == ["load"]
 
 
 def test_a_moving_hand_gets_fewer_positions_and_digits_of_the_same_curves(press: Sizing, answer: dict) -> None:
@@ -222,18 +222,18 @@ def test_a_moving_hand_gets_fewer_positions_and_digits_of_the_same_curves(press:
 def test_a_narrow_peak_is_not_missed() -> None:
     load = {"on": "crank", "torque": "-5000*exp(-((phi-2)/1e-3)**2)"}
     wheel = {"load": [load], "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}}
-    found = data.answer(flywheel.load(wheel), {"panels": ["moment"]}, rest=False)
-    assert min(found["moment"]["net"]) < -4900.0
-    assert len(found["phi"]) < 500
+    result = data.answer(flywheel.load(wheel), {"panels": ["moment"]}, rest=False)
+    assert min(result["moment"]["net"]) < -4900.0
+    assert len(result["phi"]) < 500
 
 
 def test_what_was_chosen_of_the_motion_is_told_back_or_replaced(press: Sizing) -> None:
-    found = data.answer(press, {"panels": ["motion"], "kind": "reaction", "of": "pivot"}, rest=False)
-    assert found["views"]["chosen"] == {"kind": "reaction", "of": "pivot"}
-    assert [curve["part"] for curve in found["motion"]["curves"]] == ["x", "y", "amount"]
-    found = data.answer(press, {"panels": ["motion"], "kind": "nothing", "of": "nobody"}, rest=False)
-    assert found["views"]["chosen"]["kind"] == "velocity"
-    assert found["views"]["chosen"]["of"] in {each["id"] for each in found["views"]["of"]}
+    result = data.answer(press, {"panels": ["motion"], "kind": "reaction", "of": "pivot"}, rest=False)
+    assert result["views"]["chosen"] == {"kind": "reaction", "of": "pivot"}
+    assert [curve["part"] for curve in result["motion"]["curves"]] == ["x", "y", "amount"]
+    result = data.answer(press, {"panels": ["motion"], "kind": "nothing", "of": "nobody"}, rest=False)
+    assert result["views"]["chosen"]["kind"] == "velocity"
+    assert result["views"]["chosen"]["of"] in {each["id"] for each in result["views"]["of"]}
 
 
 # Scenes as forms: every value has its field, and whatever is typed into one the text stays one that can be read.
@@ -343,8 +343,8 @@ def test_another_type_keeps_what_fits(kind: str) -> None:
         assert mechanism["crank"]["mass"] == "85 kg"
         assert 'crank.mass = "85 kg"\n' in draft.outline.text
     request = {"text": draft.outline.text, "folder": ".", "name": "x.toml", "view": {"panels": []}}
-    told = json.loads(server.answer(request))
-    assert not [fault for fault in told["faults"] if fault["path"].startswith("mechanism.") and fault["found"] == "nothing"]
+    reply = json.loads(server.answer(request))
+    assert not [fault for fault in reply["faults"] if fault["path"].startswith("mechanism.") and fault["found"] == "nothing"]
 
 
 def test_the_frame_of_a_four_bar_is_edited_by_the_name_that_the_scene_gives_it() -> None:
@@ -372,18 +372,18 @@ def test_faults_stand_at_their_line_and_field() -> None:
     text = (
         TEXTS["press"].replace('"420 mm"', '"20 kg"').replace('on = "press.slider"\nforce = "-250 kN"', 'force = "-250 kN"')
     )
-    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
-    wrong = {field["path"]: field for group in told["form"] for field in group["fields"] if field["fault"]}
+    reply = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    wrong = {field["path"]: field for group in reply["form"] for field in group["fields"] if field["fault"]}
     assert set(wrong) == {"mechanism.rod.length", "load[0].on"}
     assert wrong["mechanism.rod.length"]["line"] == 1 + text[: text.index('"20 kg"')].count("\n")
     assert "that is a unit of mass" in wrong["mechanism.rod.length"]["fault"]
-    assert told["answer"] is None
+    assert reply["answer"] is None
 
 
 def test_a_text_that_is_no_toml_has_the_form_of_what_can_be_read() -> None:
     text = TEXTS["press"].replace('"420 mm"', "420 mm")
-    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
-    assert told["faults"][0]["line"] == 1 + text[: text.index(" 420 mm")].count("\n")
+    reply = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    assert reply["faults"][0]["line"] == 1 + text[: text.index(" 420 mm")].count("\n")
     draft = Draft(text)
     assert draft.form.field("mechanism.crank.length").value == "50 mm"
     draft.edit("mechanism.crank.length", "60 mm")
@@ -521,9 +521,9 @@ def test_labels_titles_and_help_have_their_spanish() -> None:
     ],
 )
 def test_texts_beyond_measure_are_answered(text: str) -> None:
-    told = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
-    assert told["faults"]
-    assert told["text"] == text
+    reply = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    assert reply["faults"]
+    assert reply["text"] == text
 
 
 def test_the_form_of_the_same_text_follows_the_language() -> None:

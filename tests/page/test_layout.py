@@ -266,10 +266,10 @@ def test_names_of_a_mechanism_stand_off_its_hatching_arrow_and_one_another(
     for width in (390, 1280, 1366):
         page.set_viewport_size({"width": width, "height": 800})
         page.wait_for_timeout(200)
-        found = page.evaluate(_NAMES)
-        assert found["grounds"] >= 20
-        assert found["names"] >= 6
-        assert found["bad"] == [], f"at {width} px"
+        result = page.evaluate(_NAMES)
+        assert result["grounds"] >= 20
+        assert result["names"] >= 6
+        assert result["bad"] == [], f"at {width} px"
 
 
 # What axe-core finds: nothing, in light, dark, on a phone, as form and text, in dialogs, with faults, and in the report.
@@ -346,26 +346,26 @@ def test_the_report(tongue: str, window: Callable[..., BrowserContext], press: S
 FLYWHEEL = {"en": "flywheel", "es": "volante"}
 
 
-def told(page, language):
+def stated(page, language):
     """All that the page and its dialogs show in a language, as HTML."""
     page.locator("#language").select_option(language)
     page.locator("#numbers", has_text=FLYWHEEL[language]).wait_for()
     answered(page)
-    found = [page.content()]
+    result = [page.content()]
     for button in ("#new", "#save-as", "#report", "#help"):
         page.click(button)
         dialog = page.get_by_role("dialog")
         dialog.locator("option").evaluate_all("titles => titles.forEach((title) => title.remove())")
-        found.append(dialog.inner_html())
+        result.append(dialog.inner_html())
         page.keyboard.press("Escape")
         dialog.wait_for(state="detached")
-    return "".join(found)
+    return "".join(result)
 
 
 @pytest.mark.slow
 def test_no_text_is_left_in_english(page, press):
     answered(page)
-    english, spanish = told(page, "en"), told(page, "es")
+    english, spanish = stated(page, "en"), stated(page, "es")
     picture(page, "spanish", full_page=True)
     left = texts.left(english, spanish, press.scene.read_text("utf-8"))
     assert left == [], "\n".join(left)

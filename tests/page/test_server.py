@@ -126,9 +126,9 @@ def test_the_page_and_its_scene(served: PageServer) -> None:
     ],
 )
 def test_other_hosts_and_origins_get_nothing(served: PageServer, headers: dict[str, str | None]) -> None:
-    told = {name: value and value.replace("{port}", str(served.port)) for name, value in headers.items()}
+    reply = {name: value and value.replace("{port}", str(served.port)) for name, value in headers.items()}
     for below, method, body in (("api/scene", "GET", b""), ("api/answer", "POST", b"{}"), ("static/page.js", "GET", b"")):
-        status, _, got = asked(served, below, method, body, **told)
+        status, _, got = asked(served, below, method, body, **reply)
         assert status == 403
         assert b"title" not in got
     assert asked(served, "api/scene", Host=f"127.0.0.1:{served.port}\r\nHost: evil.example")[0] == 403
@@ -297,9 +297,9 @@ def test_an_invitation_leads_to_the_page_once(served: PageServer) -> None:
 def test_a_port_that_is_taken_is_told_in_a_line(served: PageServer, tmp_path: Path) -> None:
     scene = tmp_path / "press.toml"
     scene.write_text(starter("press"))
-    told = CliRunner().invoke(main, ["open", str(scene), "--no-browser", "--port", str(served.port)])
-    assert told.exit_code == 2
-    assert f"port {served.port} cannot be used" in told.output
+    reply = CliRunner().invoke(main, ["open", str(scene), "--no-browser", "--port", str(served.port)])
+    assert reply.exit_code == 2
+    assert f"port {served.port} cannot be used" in reply.output
 
 
 # The scene on the disk: nothing is taken from anybody, whatever is saved, and by whom.
@@ -335,8 +335,8 @@ def test_what_has_changed_since_is_never_lost(press_file: Path) -> None:
     first, second = Session(press_file), Session(press_file)
     seen = first.scene()["seen"]
     mine = first.save("title = 'first'\n", None, True, seen)
-    told = second.watch(seen)
-    assert (told["changed"], told["text"], told["seen"]) == (True, "title = 'first'\n", mine["seen"])
+    reply = second.watch(seen)
+    assert (reply["changed"], reply["text"], reply["seen"]) == (True, "title = 'first'\n", mine["seen"])
     with pytest.raises(Conflict) as conflict:
         second.save("title = 'second'\n", None, True, seen)
     assert conflict.value.details == {"reason": "changed", "text": "title = 'first'\n", "seen": mine["seen"]}
@@ -563,8 +563,8 @@ def test_a_window_that_another_site_opens_is_out_of_its_reach(elsewhere):
 
 @pytest.mark.slow
 def test_a_name_bent_to_this_machine_gets_nothing(chromium, press):
-    with browsers.launched(chromium.browser_type, "--host-resolver-rules=MAP rebound.test 127.0.0.1") as found:
-        tab = found.new_page()
+    with browsers.launched(chromium.browser_type, "--host-resolver-rules=MAP rebound.test 127.0.0.1") as result:
+        tab = result.new_page()
         reply = tab.goto(press.address.replace("127.0.0.1", "rebound.test"))
         assert reply.status == 403
         assert "Blanking" not in tab.content()
@@ -629,9 +629,9 @@ def request(kind: str, **more: object) -> dict[str, object]:
 
 @pytest.fixture(scope="module")
 def workers() -> Iterator[Workers]:
-    found = Workers()
-    yield found
-    found.close()
+    result = Workers()
+    yield result
+    result.close()
 
 
 @pytest.mark.slow
@@ -639,9 +639,9 @@ def test_an_answer_comes_while_another_one_takes_its_time(workers: Workers) -> N
     workers.ask("answer", request("press"), "a", False)
     slow = threading.Thread(target=workers.ask, args=("answer", request("compressor", rest=True), "b", True))
     slow.start()
-    told = json.loads(workers.ask("answer", request("press"), "a", False))
-    assert told["faults"] == []
-    assert told["answer"]["title"] == "Eccentric press, 250 kN"
+    reply = json.loads(workers.ask("answer", request("press"), "a", False))
+    assert reply["faults"] == []
+    assert reply["answer"]["title"] == "Eccentric press, 250 kN"
     slow.join()
 
 
@@ -679,12 +679,12 @@ def test_what_takes_too_long_is_ended_with_its_process_and_another_one_begins(
     workers: Workers, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workers._quick, "seconds", 0.0)
-    told = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " ", rest=True), "a", False))
-    assert told["answer"] is None
-    assert "has not ended" in told["faults"][0]["message"]
+    reply = json.loads(workers.ask("answer", request("compressor", text=starter("compressor") + " ", rest=True), "a", False))
+    assert reply["answer"] is None
+    assert "has not ended" in reply["faults"][0]["message"]
     edits = [{"path": "title", "value": "Mine"}]
-    told = json.loads(workers.ask("answer", request("press", edits=edits), "a", False))
-    assert 'title = "Mine"' in told["text"]  # what a hand has typed is not lost with the answer
+    reply = json.loads(workers.ask("answer", request("press", edits=edits), "a", False))
+    assert 'title = "Mine"' in reply["text"]  # what a hand has typed is not lost with the answer
     monkeypatch.setattr(workers._quick, "seconds", server.QUICK_SECONDS)
     assert json.loads(workers.ask("answer", request("press"), "a", False))["answer"] is not None
 

@@ -109,62 +109,62 @@ def labels_of(made, found):
 
 @pytest.fixture(scope="module", params=[pytest.param(crowd, marks=pytest.mark.slow), whole])
 def drawn(request):
-    found = request.param()
-    return found, draw_tradeoff(found)
+    result = request.param()
+    return result, draw_tradeoff(result)
 
 
 @pytest.mark.slow
 def test_every_answer_has_a_label(drawn):
-    found, made = drawn
-    shown = [own.label for own in found.rows if own.error is not None]
-    assert sorted(text.get_text() for text in labels_of(made, found)) == sorted(shown)
+    result, made = drawn
+    shown = [own.label for own in result.rows if own.error is not None]
+    assert sorted(text.get_text() for text in labels_of(made, result)) == sorted(shown)
 
 
 def test_no_label_lies_on_another(drawn):
-    found, made = drawn
-    extents = [text.get_window_extent() for text in labels_of(made, found)]
+    result, made = drawn
+    extents = [text.get_window_extent() for text in labels_of(made, result)]
     assert not [pair for pair in combinations(extents, 2) if pair[0].overlaps(pair[1])]
 
 
 def test_all_labels_are_within_the_panel(drawn):
-    found, made = drawn
+    result, made = drawn
     panel = made.axes[0].get_window_extent()
-    for text in labels_of(made, found):
+    for text in labels_of(made, result):
         box = text.get_window_extent()
         assert panel.x0 <= box.x0 < box.x1 <= panel.x1
         assert panel.y0 <= box.y0 < box.y1 <= panel.y1
 
 
 def test_no_label_lies_on_a_point(drawn):
-    found, made = drawn
+    result, made = drawn
     panel = made.axes[0]
-    points = [(1e3 * own.seconds, max(own.error, REFERENCE.doubt)) for own in found.rows if own.error is not None]
+    points = [(1e3 * own.seconds, max(own.error, REFERENCE.doubt)) for own in result.rows if own.error is not None]
     for x, y in panel.transData.transform(points):
-        assert not [text for text in labels_of(made, found) if text.get_window_extent().contains(x, y)]
+        assert not [text for text in labels_of(made, result) if text.get_window_extent().contains(x, y)]
 
 
 def test_points_stand_at_their_times_and_errors(drawn):
-    found, made = drawn
+    result, made = drawn
     marks = np.concatenate([line.get_xydata() for line in made.axes[0].lines if line.get_marker() not in ("None", None, "")])
-    for own in found.rows:
+    for own in result.rows:
         if own.error is not None:
             wanted = (1e3 * own.seconds, max(own.error, REFERENCE.doubt))  # below the doubt, on the floor's edge
             assert np.isclose(marks, wanted, rtol=1e-12, atol=0.0).all(axis=1).any()
 
 
 def test_what_is_asked_the_floor_and_the_cheapest_are_in_the_legend(drawn):
-    found, made = drawn
-    told = [text.get_text() for text in made.legends[0].get_texts()]
+    result, made = drawn
+    output = [text.get_text() for text in made.legends[0].get_texts()]
     assert {"asked: 1e-06", "the reference's doubt: 1.0e-14", "cheapest that keeps it", "hollow: without restart"} <= set(
-        told
+        output
     )
-    assert len(told) == len(set(told)) == 4 + len({own.family for own in found.rows if own.error is not None})
+    assert len(output) == len(set(output)) == 4 + len({own.family for own in result.rows if own.error is not None})
 
 
 def test_the_cheapest_is_ringed(drawn):
-    found, made = drawn
+    result, made = drawn
     rings = [line for line in made.axes[0].lines if line.get_label() == "cheapest that keeps it"]
-    best = found.row(found.cheapest)
+    best = result.row(result.cheapest)
     assert [tuple(ring.get_xydata()[0]) for ring in rings] == [(1e3 * best.seconds, REFERENCE.doubt)]
 
 

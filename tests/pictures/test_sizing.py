@@ -236,10 +236,10 @@ def test_the_loop_panel_names_its_points_and_tangents() -> None:
     """The yoke of p. 103: I = 353.52 kg m², so MN = 2 eps I, far from I* = 5 kg m²."""
     assert {"M", "N", "ψmax", "ψmin", "90°"} <= set(re.findall(">([^<]+)</text>", plots.panel(sized(yoke()), "wittenbauer")))
     panel = drawn(yoke()).axes[3]
-    told = " ".join(labels(panel))
-    assert "I = MN/(2 ε) = 353.52 kg m²" in told
-    assert "I* = −353.52 kg m²" in told
-    assert "tan ψmax = 1.0404" in told
+    output = " ".join(labels(panel))
+    assert "I = MN/(2 ε) = 353.52 kg m²" in output
+    assert "I* = −353.52 kg m²" in output
+    assert "tan ψmax = 1.0404" in output
     assert (panel.get_ylabel(), panel.child_axes[0].get_ylabel()) == ("work W, J", "F = 2 W/ω², kg m²")
 
 
@@ -248,9 +248,9 @@ def test_a_constant_reduced_inertia_has_no_loop_but_a_sentence() -> None:
     sizing = sized(rotor())
     panel = drawn(rotor()).axes[3]
     assert not panel.axison
-    (told,) = texts(panel)
-    assert "I* is constant" in told
-    assert f"− I* = {sizing.flywheel.exact:.5g} kg m²" in told
+    (output,) = texts(panel)
+    assert "I* is constant" in output
+    assert f"− I* = {sizing.flywheel.exact:.5g} kg m²" in output
 
 
 @pytest.mark.slow
@@ -350,7 +350,7 @@ def test_a_panel_stands_in_a_page_with_its_texts_as_texts() -> None:
     """Title and description are there for screen readers, ids are its own, and no letter is a path."""
     drawn = plots.panel(sized(yoke()), "moment", name="first")
     root = ElementTree.fromstring(drawn)
-    told = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    output = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]
     assert {
         "Turning moment and its areas",
         "crank angle φ, deg",
@@ -359,7 +359,7 @@ def test_a_panel_stands_in_a_page_with_its_texts_as_texts() -> None:
         "A1",
         "A2",
         "A3",
-    } <= set(told)
+    } <= set(output)
     assert root.get("aria-labelledby") == "first-title first-desc"
     assert root.findtext("{http://www.w3.org/2000/svg}title") == "Turning moment and its areas"
     ids = [element.get("id") for element in root.iter() if element.get("id")]
@@ -472,8 +472,8 @@ def test_many_losses_and_long_names_find_room(long, at, tongue):
         made = draw_flow(long, at)
         found = entries(long, at)
         assert overlaps(made) == []
-        told = "".join(text.get_text() for text in made.axes[0].texts)
-        flat = re.sub(r"\s", "", told)
+        output = "".join(text.get_text() for text in made.axes[0].texts)
+        flat = re.sub(r"\s", "", output)
         wanted = [entry for entry in found if entry.stream.kind not in ("shaft", "drive") and entry.power]
         assert len(wanted) > 12
         assert all(re.sub(r"\s", "", entry.label) in flat for entry in wanted)

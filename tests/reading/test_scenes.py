@@ -786,7 +786,7 @@ def test_named_mechanisms_move_between_the_angles_where_they_lock(mechanism, sta
 
 
 @pytest.mark.parametrize(
-    ("mechanism", "start", "end", "told"),
+    ("mechanism", "start", "end", "message"),
     [
         (BARS, 20, 100, "20 to 100 deg, where the crank locks at 76.4084 deg, expected a stroke within -76.4084 to 76.4084"),
         (BARS, 100, 200, "100 to 200 deg, where the bars do not meet, expected a stroke within -76.4084 to 76.4084 deg"),
@@ -798,11 +798,11 @@ def test_named_mechanisms_move_between_the_angles_where_they_lock(mechanism, sta
         ),
     ],
 )
-def test_a_stroke_beyond_a_lock_is_told_how_far_it_may_go(mechanism, start, end, told):
+def test_a_stroke_beyond_a_lock_is_told_how_far_it_may_go(mechanism, start, end, message):
     crank = {"crank": {"length": 0.15}}
     (line,) = stroke_faults({"mechanism": crank | mechanism, "stroke": {"from": f"{start} deg", "to": f"{end} deg"}})
     assert line.startswith("stroke: found ")
-    assert told in line
+    assert message in line
 
 
 def test_a_crank_that_cannot_turn_is_told_of_strokes():

@@ -931,10 +931,10 @@ def test_motions_with_lighter_and_lighter_flywheels_are_those_of_each_by_itself(
     heavier = branch.at(heaviest, 1e-4).motion
     with np.errstate(all="ignore"):  # of those that stop
         together = lighter_motions(machine, heavier, inertias, None, 1e-4)
-    found = {place: (motions, row) for motions, places in together for row, place in enumerate(places) if place >= 0}
-    assert sorted(found) == [*range(len(found))]
-    assert len(found) >= least
-    for place, (motions, row) in sorted(found.items()):
+    result = {place: (motions, row) for motions, places in together for row, place in enumerate(places) if place >= 0}
+    assert sorted(result) == [*range(len(result))]
+    assert len(result) >= least
+    for place, (motions, row) in sorted(result.items()):
         alone, runs = branch.at(float(inertias[place]), 1e-4).motion, motions.runs()
         again = motions.again(row, None, 1e-4)
         assert abs(runs.irregularity[row] / alone.run.irregularity - 1.0) <= runs.error[row] + alone.run.error
@@ -945,4 +945,4 @@ def test_motions_with_lighter_and_lighter_flywheels_are_those_of_each_by_itself(
             assert getattr(runs, figure)[row] == pytest.approx(getattr(alone.run, figure), rel=1e-9)
             assert getattr(again.run, figure) == pytest.approx(getattr(alone.run, figure), rel=1e-9)
     with np.errstate(all="ignore"):
-        assert all(branch.at(inertia, 1e-4).motion is None for inertia in inertias[len(found) + 1 :].tolist())
+        assert all(branch.at(inertia, 1e-4).motion is None for inertia in inertias[len(result) + 1 :].tolist())

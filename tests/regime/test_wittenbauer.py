@@ -212,11 +212,11 @@ def test_a_cell_without_an_extreme_hardly_counts_but_covers_its_error(middle, ba
     load = [{"on": "crank", "torque": f"30*sin(phi)*(1 + 0.3*cos(phi)) {peak}" + ("" if balanced else f" + {even}")}]
     scene = scenes.rotor(load=load, drive={"torque": "balance" if balanced else 0}, accuracy={"closure": 1e-3})
     _, true = coarsely(scene, np.linspace(0.0, 2 * pi, 97))
-    cycle, found = coarsely(scene, np.linspace(0.0, 2 * pi, 7))
-    assert abs(found.total - true.total) <= found.error + true.error
-    assert not balanced or found.error > 1e3 * true.error
-    cell, ends = int(middle // (pi / 3)), (found.extremes.angle_greatest[1], found.extremes.angle_least[2])
-    share = found.error * found.irregularity * found.speed**2 / cycle.errors.work
+    cycle, result = coarsely(scene, np.linspace(0.0, 2 * pi, 7))
+    assert abs(result.total - true.total) <= result.error + true.error
+    assert not balanced or result.error > 1e3 * true.error
+    cell, ends = int(middle // (pi / 3)), (result.extremes.angle_greatest[1], result.extremes.angle_least[2])
+    share = result.error * result.irregularity * result.speed**2 / cycle.errors.work
     assert share < 0.1 if all(cell != int(place // (pi / 3)) for place in ends) else not balanced or share > 0.9
 
 

@@ -77,8 +77,8 @@ def steps_of(sizing: Sizing) -> Document:
 
 
 def printed(name: str) -> Section:
-    found = solutions.solution(EXAMPLES / "exams/printed.json", EXAMPLES / f"exams/{name}.toml")
-    return solutions.section(sized(f"exams/{name}.toml"), found)
+    result = solutions.solution(EXAMPLES / "exams/printed.json", EXAMPLES / f"exams/{name}.toml")
+    return solutions.section(sized(f"exams/{name}.toml"), result)
 
 
 # A document tells where each number comes from, and its substitutions give the results that it shows.
@@ -165,10 +165,10 @@ def test_a_figure_has_a_sheet_on_which_its_smallest_text_can_be_read(width, heig
     assert f"--legible: {legible}pt" in drawn
 
 
-@pytest.mark.parametrize(("unit", "told"), [("kg m²", "lb ft²"), ("W", "hp"), ("", "(3 lb")])
-def test_results_have_us_units_beside(unit, told):
+@pytest.mark.parametrize(("unit", "message"), [("kg m²", "lb ft²"), ("W", "hp"), ("", "(3 lb")])
+def test_results_have_us_units_beside(unit, message):
     page = html(Document("T", "", (Step("s", result=Quantity("x", 2.0, unit)),), customary=True))
-    assert (told in page) == bool(unit)
+    assert (message in page) == bool(unit)
 
 
 # A report is written whole, over nothing that is not one; a PDF asks for a browser; the command says what is wrong.
@@ -230,7 +230,7 @@ def test_the_command_says_what_is_wrong(tmp_path):
     solutions = tmp_path / "printed.toml"
     solutions.write_text("[other]\n")
     assert run(DIAGRAM, "-o", tmp_path / "a.doc").exit_code == 2
-    for text, told in (
+    for text, message in (
         ("[other]\n", "no table 'diagram'"),
         ('[[diagram.row]]\nwhat = "A"\nfigure = "x"\n', "diagram.row[0]"),
         ('[[diagram.row]]\nwhat = "A"\nfigure = "x"\nprinted = "1"\nfigur = 2\n', "figur"),
@@ -239,7 +239,7 @@ def test_the_command_says_what_is_wrong(tmp_path):
         solutions.write_text(text)
         output = run(DIAGRAM, "-o", tmp_path / "a.html", "--printed", solutions)
         assert output.exit_code == 1
-        assert told in output.output
+        assert message in output.output
     assert not (tmp_path / "a.html").exists()
 
 
@@ -279,7 +279,7 @@ def alttext(shown: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("formula", "told"),
+    ("formula", "message"),
     [
         ("J = (W_max - W_min)/(epsilon*omega**2)", "J = (W_max − W_min)/(ε ω^2)"),
         ("y = a - (b - c)", "y = a − (b − c)"),
@@ -292,8 +292,8 @@ def alttext(shown: str) -> str:
         ("a = b = c", "a = b = c"),
     ],
 )
-def test_a_formula_is_read_out_as_it_is_meant(formula, told):
-    assert alttext(formulas.mathml(formula)) == told
+def test_a_formula_is_read_out_as_it_is_meant(formula, message):
+    assert alttext(formulas.mathml(formula)) == message
 
 
 def test_numbers_stand_in_brackets_where_they_would_be_misread():
@@ -457,9 +457,9 @@ def test_what_is_shown_of_a_substitution_evaluates_to_the_shown_result(tongue, m
         for step in (step for section in made.parts() for step in section.parts if step.numbers):
             shown = formulas.mathml(step.formula, {n.symbol: n for n in substitution(step)})
             text = worked_out(ElementTree.fromstring(f"<p>{unescape(shown)}</p>"), mark)
-            found = eval(text.rpartition("=")[2], {**NAMESPACE, "pi": pi, "sqrt": sqrt, "exp": exp})
-            result = step.result._replace(value=found)
-            assert result.written == step.result.written or found == pytest.approx(step.result.value, rel=1e-9)
+            outcome = eval(text.rpartition("=")[2], {**NAMESPACE, "pi": pi, "sqrt": sqrt, "exp": exp})
+            result = step.result._replace(value=outcome)
+            assert result.written == step.result.written or outcome == pytest.approx(step.result.value, rel=1e-9)
             seen += 1
     assert seen > 12
 
@@ -503,27 +503,27 @@ WHOLE = {
 
 def sections_of(scene, tongue="en"):
     with language.use(tongue):
-        found = mechanisms.sections(scene)
-        return found, html(Document("A machine", "", found))
+        result = mechanisms.sections(scene)
+        return result, html(Document("A machine", "", result))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tongue", ["en", "es"])
 def test_a_machine_with_loads_of_every_kind_is_explained_to_the_last_number(tongue):
     scene = flywheel.load(WHOLE)
-    found, text = sections_of(scene, tongue)
-    document = Document("A machine", "", found)
+    result, text = sections_of(scene, tongue)
+    document = Document("A machine", "", result)
     assert untraced(document) == []
     assert unreproduced(document) == []
     assert text.count("<svg") == 4
     assert "<text" in text
-    by_symbol = {step.result.symbol: step.result.value for step in steps(found) if step.result is not None}
+    by_symbol = {step.result.symbol: step.result.value for step in steps(result) if step.result is not None}
     phi = by_symbol["phi"]
     state = flywheel.reduce(scene, [phi], balance=None, speed=10.0)
     assert by_symbol["I_star"] == pytest.approx(state.inertia[0])
     assert by_symbol["M_star"] == pytest.approx(state.moment[0])
     assert by_symbol["I_star_prime"] == pytest.approx(state.slope[0])
-    (moments,) = (p for s in found for p in s.parts if isinstance(p, Table) and p.head[-1].startswith("M*"))
+    (moments,) = (p for s in result for p in s.parts if isinstance(p, Table) and p.head[-1].startswith("M*"))
     assert {"70 −", "70 +"} <= {row[0] for row in moments.rows}  # 100 deg of a mechanism that is 30 deg ahead
 
 
@@ -531,12 +531,12 @@ def test_a_machine_with_loads_of_every_kind_is_explained_to_the_last_number(tong
 @pytest.mark.parametrize("name", ["exams/p103_1", "machines/punch", "linkages/whitworth"])
 def test_examples_are_explained_to_the_last_number(request, name):
     scene = flywheel.load(request.config.rootpath / f"examples/{name}.toml")
-    found, _ = sections_of(scene)
-    document = Document("A machine", "", found)
+    result, _ = sections_of(scene)
+    document = Document("A machine", "", result)
     assert untraced(document) == []
     assert unreproduced(document) == []
     shares = [
-        s.result for s in steps(found) if s.result is not None and re.match(r"[Mm]_star_\w+$|I_star_\w+$", s.result.symbol)
+        s.result for s in steps(result) if s.result is not None and re.match(r"[Mm]_star_\w+$|I_star_\w+$", s.result.symbol)
     ]
     assert shares
     assert fold(operator.and_, (np.isfinite(share.value) for share in shares))
@@ -582,13 +582,13 @@ def test_every_number_is_found_above_and_every_substitution_comes_out(name):
 
 def test_the_results_are_those_of_the_sizing():
     sizing = sized("machines/press.toml")
-    found = results(steps_of(sizing))
-    assert found["J"] == sizing.flywheel.exact
-    assert found["J_areas"] == sizing.flywheel.approximate
-    assert found["J_torque"] == sizing.flywheel.inertia_torque
-    assert found["M_d"] == sizing.balance.value
-    assert found["DeltaW"] == sizing.energy_fluctuation
-    assert found["MN"] / (0.15 * sizing.speed**2) == pytest.approx(sizing.flywheel.exact, rel=1e-12)
+    result = results(steps_of(sizing))
+    assert result["J"] == sizing.flywheel.exact
+    assert result["J_areas"] == sizing.flywheel.approximate
+    assert result["J_torque"] == sizing.flywheel.inertia_torque
+    assert result["M_d"] == sizing.balance.value
+    assert result["DeltaW"] == sizing.energy_fluctuation
+    assert result["MN"] / (0.15 * sizing.speed**2) == pytest.approx(sizing.flywheel.exact, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["drive_lines/press", "drive_lines/compressor", "machines/press"])
@@ -617,15 +617,18 @@ LIMITED = SERIES | {"flywheel": {"on": "flywheel", "limits": {"irregularity": "1
 def test_the_losses_of_a_train_and_what_it_puts_out_sum_to_what_comes_in():
     sizing = flywheel.size(flywheel.load(SERIES), accuracy="normal")
     document = steps_of(sizing)
-    found = results(document)
+    result = results(document)
     assert untraced(document) == []
     assert unreproduced(document) == []
     lost = (
-        found["P_s1"] + found["P_v1"] + found["P_v2"] + next(s.mean for s in sizing.power_flow.streams if s.kind == "drag")
+        result["P_s1"]
+        + result["P_v1"]
+        + result["P_v2"]
+        + next(s.mean for s in sizing.power_flow.streams if s.kind == "drag")
     )
-    assert found["P_v"] == pytest.approx(lost, rel=1e-12)
-    assert found["P_e"] * (1 - found["eta"]) == pytest.approx(found["P_v"], rel=1e-9)
-    assert found["P_s1"] / found["P_v1"] == pytest.approx(0.02 / (0.98 * 0.04), rel=1e-9)
+    assert result["P_v"] == pytest.approx(lost, rel=1e-12)
+    assert result["P_e"] * (1 - result["eta"]) == pytest.approx(result["P_v"], rel=1e-9)
+    assert result["P_s1"] / result["P_v1"] == pytest.approx(0.02 / (0.98 * 0.04), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -650,30 +653,30 @@ def test_the_limit_that_binds_is_told_with_what_each_alone_would_need():
 @pytest.mark.parametrize("scene", [SERIES, LIMITED])
 def test_the_page_to_be_signed_has_the_figures_of_the_page_of_answers_and_escapes_them(scene):
     sizing = flywheel.size(flywheel.load(scene | {"title": "<b>A press</b>"}), accuracy="normal")
-    told = contents.sheet(sizing)
+    output = contents.sheet(sizing)
     page = report.html(sizing, cover_sheet=True, language="es")
     assert "Proyectado por" in page
     assert "Portada; manivela a" in page
     assert "Informe desarrollado" not in page
     assert ("<h2>Qué decide</h2>" in page) == bool(sizing.limits)
     assert "&lt;b&gt;A press" in page
-    assert "<b>" not in told + page
+    assert "<b>" not in output + page
     for block in summary(sizing):
         for cells in block.table:
-            assert all(escape(cell) in told for cell in cells)
+            assert all(escape(cell) in output for cell in cells)
 
 
 def test_a_flywheel_on_another_shaft_stands_there_too():
     sizing = sized("exams/march_2012.toml")
-    found = results(steps_of(sizing))
-    assert found["J_f"] == sizing.flywheel.exact
-    assert found["J"] == pytest.approx(100 * sizing.flywheel.exact, rel=1e-12)
+    result = results(steps_of(sizing))
+    assert result["J_f"] == sizing.flywheel.exact
+    assert result["J"] == pytest.approx(100 * sizing.flywheel.exact, rel=1e-12)
 
 
 def test_messages_and_what_is_left_out_reach_the_reader():
     sizing = sized("machines/press.toml")
-    told = contents.accuracy(contents.context(replace(sizing, messages=("doubtful",))), ["too light"])
-    notes = {(part.kind, part.text) for part in told.parts if isinstance(part, Note)}
+    output = contents.accuracy(contents.context(replace(sizing, messages=("doubtful",))), ["too light"])
+    notes = {(part.kind, part.text) for part in output.parts if isinstance(part, Note)}
     assert {("remark", "Remark: doubtful"), ("remark", "Remark: too light")} <= notes
     assert any(kind == "left out" and "a confirmation" in text for kind, text in notes)
 

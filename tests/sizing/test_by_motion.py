@@ -38,8 +38,8 @@ def sized(scene, rtol=1e-9, simulate=False):
 
 
 def figures(name, kind, key):
-    found = regimes.figures(name)[kind][repr(key)]
-    return {k: float(v) for k, v in found.items() if v is not None and not isinstance(v, list)}
+    result = regimes.figures(name)[kind][repr(key)]
+    return {k: float(v) for k, v in result.items() if v is not None and not isinstance(v, list)}
 
 
 def off(found, true):
@@ -51,11 +51,11 @@ def check_motion(result, true, allowed):
     run = result.run
     close = {"rel": allowed + 16 * ROUNDING}
     level = close["rel"] * max(true["irregularity"], 1e-6) + 4 * result.cyclic.level_error + 16 * ROUNDING
-    for found, key in ((result.speed, "speed"), (run.speed_max, "speed_max"), (run.speed_min, "speed_min")):
-        assert off(found, true[key]) <= level
+    for outcome, key in ((result.speed, "speed"), (run.speed_max, "speed_max"), (run.speed_min, "speed_min")):
+        assert off(outcome, true[key]) <= level
     assert off(run.irregularity, true["irregularity"]) <= close["rel"]
-    for found, key in ((result.angle_speed_max, "angle_speed_max"), (result.angle_speed_min, "angle_speed_min")):
-        assert abs(np.sin((found - true[key]) / 2)) <= result.error.extremes + 1e-12
+    for outcome, key in ((result.angle_speed_max, "angle_speed_max"), (result.angle_speed_min, "angle_speed_min")):
+        assert abs(np.sin((outcome - true[key]) / 2)) <= result.error.extremes + 1e-12
     if "multiplier" in true:
         assert result.cyclic.multiplier == pytest.approx(true["multiplier"], rel=max(100 * allowed, 1e-11))
     if "balance" in true:
@@ -70,10 +70,10 @@ def test_analyses_are_true_within_what_they_claim(name, inertia, rtol):
     estimate = result.error.simulation
     assert estimate <= max(rtol, 2e-12)
     check_motion(result, true, estimate)
-    found = result.simulation
-    assert off(found.irregularity, true["irregularity"]) <= estimate
-    assert off(found.period, true["period"]) <= result.error.period
-    assert off(found.speed_time_mean, true["speed_time_mean"]) <= result.error.period + 4 * ROUNDING
+    outcome = result.simulation
+    assert off(outcome.irregularity, true["irregularity"]) <= estimate
+    assert off(outcome.period, true["period"]) <= result.error.period
+    assert off(outcome.speed_time_mean, true["speed_time_mean"]) <= result.error.period + 4 * ROUNDING
     assert result.reached == (estimate <= rtol)
 
 
@@ -97,11 +97,11 @@ def test_sizings_are_true_within_what_they_claim(name, eps, rtol):
 @pytest.mark.parametrize(("name", "inertia"), sample(HEAVY, 5))
 def test_the_simulation_confirms_the_motion(name, inertia):
     true, result = figures(name, "analysis", inertia), sized(regimes.scene(name, inertia=inertia), simulate=True)
-    found = result.simulation
-    assert (found.route, result.reached) == ("time", True)
-    assert off(found.irregularity, true["irregularity"]) <= result.error.simulation
-    assert off(found.period, true["period"]) <= result.error.simulation
-    assert abs(found.closure) <= 1e-9
+    outcome = result.simulation
+    assert (outcome.route, result.reached) == ("time", True)
+    assert off(outcome.irregularity, true["irregularity"]) <= result.error.simulation
+    assert off(outcome.period, true["period"]) <= result.error.simulation
+    assert abs(outcome.closure) <= 1e-9
 
 
 def test_section_c_to_twelve_digits():
@@ -118,11 +118,11 @@ def test_section_c_to_twelve_digits():
 )
 def test_any_irregularity(name, eps):
     """The flywheel found leaves the irregularity that was asked for, as an analysis finds it."""
-    found = sized(regimes.scene(name, irregularity=eps))
-    again = sized(regimes.scene(name, inertia=found.flywheel.exact))
-    assert found.reached
+    result = sized(regimes.scene(name, irregularity=eps))
+    again = sized(regimes.scene(name, inertia=result.flywheel.exact))
+    assert result.reached
     assert again.run.irregularity == pytest.approx(eps, rel=2e-9)
-    assert again.speed == pytest.approx(found.speed, rel=2e-9)
+    assert again.speed == pytest.approx(result.speed, rel=2e-9)
 
 
 @pytest.mark.parametrize(
@@ -191,10 +191,10 @@ def test_a_light_flywheel_is_not_followed_to_infinity():
 
 def test_nothing_that_varies_and_nothing_that_weighs():
     scene = {"load": [{"on": "crank", "torque": -5}], "drive": {"torque": "20 - omega"}, "flywheel": {"irregularity": 0.1}}
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.flywheel.exact == 0.0
-    assert found.flywheel.needed is False
-    assert found.speed == pytest.approx(15.0)
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.flywheel.exact == 0.0
+    assert result.flywheel.needed is False
+    assert result.speed == pytest.approx(15.0)
 
 
 @pytest.mark.parametrize("wheel", [{"inertia": 2.0}, {"irregularity": 0.1}])
@@ -207,9 +207,9 @@ def test_an_even_motion_is_no_uncertain_one(wheel):
         "drive": {"on": "motor", "torque": "30 - 0.2*omega"},
         "flywheel": wheel,
     }
-    found = flywheel.size(flywheel.load(scene), simulate=False)
-    assert found.speed == pytest.approx((30 - 50 / 5 / 0.9) / 0.2 / 5, rel=1e-12)
-    assert found.run is None or found.run.irregularity <= 1e-12
+    result = flywheel.size(flywheel.load(scene), simulate=False)
+    assert result.speed == pytest.approx((30 - 50 / 5 / 0.9) / 0.2 / 5, rel=1e-12)
+    assert result.run is None or result.run.irregularity <= 1e-12
 
 
 GOVERNOR_CASES = [(300, 0.26, 0.0577193), (350, 0.42, 0.0505731), (350, 0.5, 0.0451076)]
@@ -220,9 +220,9 @@ def test_a_flywheel_whose_own_motion_does_not_settle_is_searched_between_given_o
     """An engine with a steep governor: inertias by exact integration of J omega d omega/(T - L), piece by piece."""
     motor = {"type": "engine", "speed": "1500 rpm", "torque": 100, "droop": "8 %", "braking_torque": 20}
     scene = {"load": [{"on": "crank", "torque": -load, "from": 0, "to": "90 deg"}], "drive": {"motor": motor}}
-    found = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": eps}}), simulate=False)
-    assert found.flywheel.exact == pytest.approx(inertia, rel=1e-5)
-    given = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": found.flywheel.exact}}), simulate=False)
+    result = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": eps}}), simulate=False)
+    assert result.flywheel.exact == pytest.approx(inertia, rel=1e-5)
+    given = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": result.flywheel.exact}}), simulate=False)
     assert given.simulation is not None
     assert given.simulation.irregularity == pytest.approx(eps, rel=1e-10)
 
@@ -276,9 +276,9 @@ def test_a_speed_that_nearly_comes_to_rest_has_its_least_where_it_is(lacking):
     """omega = 1 + c sin phi without inertia: 1 - c is small beside what rounds the series, whose least it is."""
     c = 1.0 - lacking
     load = [{"on": "crank", "torque": f"{c}*sin(phi)"}]
-    found = sized({"load": load, "drive": {"torque": "1 - omega"}, "flywheel": {"inertia": 0}})
-    assert found.simulation.irregularity == pytest.approx(2.0 * c, abs=1e-11)
-    assert found.simulation.speed_min == pytest.approx(lacking, abs=1e-13)
+    result = sized({"load": load, "drive": {"torque": "1 - omega"}, "flywheel": {"inertia": 0}})
+    assert result.simulation.irregularity == pytest.approx(2.0 * c, abs=1e-11)
+    assert result.simulation.speed_min == pytest.approx(lacking, abs=1e-13)
 
 
 DAMPED = {
@@ -331,10 +331,10 @@ def test_a_machine_without_inertia_that_its_own_dampers_hold_needs_no_flywheel(n
     assert any("no inertia, so that its speed follows its torques at once" in message for message in result.messages)
     assert (result.simulation is None) is not simulate
     given = sized(scene | {"flywheel": {"inertia": 0}}, simulate=simulate)
-    for found in (given.simulation, *([result.simulation] if simulate else [])):
-        assert found.irregularity == pytest.approx(eps, rel=given.error.simulation)
-        assert [found.speed_min, found.speed_max] == pytest.approx([least, greatest], rel=1e-11)
-        assert found.speed_time_mean == pytest.approx(mean, rel=1e-11)
+    for outcome in (given.simulation, *([result.simulation] if simulate else [])):
+        assert outcome.irregularity == pytest.approx(eps, rel=given.error.simulation)
+        assert [outcome.speed_min, outcome.speed_max] == pytest.approx([least, greatest], rel=1e-11)
+        assert outcome.speed_time_mean == pytest.approx(mean, rel=1e-11)
     assert sized(scene | {"flywheel": {"irregularity": 0.5 * eps}}).flywheel.needed
 
 
@@ -352,10 +352,10 @@ def test_a_search_whose_work_is_spent_gives_the_motion_that_it_came_to_with_its_
     """The yoke weighs nothing at its dead centres, and the dampers hold the speed there at once."""
     scene = DAMPED["port"][0] | {"flywheel": {"irregularity": 1.5}}
     scene["mechanism"] = scene["mechanism"] | {"yoke": {"mass": 1e-3}}
-    found = sized(scene)
-    assert (found.flywheel.exact, found.flywheel.needed) == (0.0, False)
-    assert "rtol 1e-09 not reached" in found.messages[0]
-    assert 1e-9 < found.error.exact < 1e-6
+    result = sized(scene)
+    assert (result.flywheel.exact, result.flywheel.needed) == (0.0, False)
+    assert "rtol 1e-09 not reached" in result.messages[0]
+    assert 1e-9 < result.error.exact < 1e-6
 
 
 def governed(torque, wheel, load="-50 - 10*sin(phi)"):
@@ -367,26 +367,26 @@ def governed(torque, wheel, load="-50 - 10*sin(phi)"):
 @pytest.mark.parametrize("inertia", sample([0.0, 1.0], 2))
 def test_a_steep_band_within_which_the_speed_stays_is_the_line_that_it_cuts(steep, inertia):
     line, band = f"{steep}*(19 - omega)", f"min(200, max(0, {steep}*(19 - omega)))"
-    found, true = (sized(governed(torque, {"inertia": inertia})) for torque in (band, line))
-    allowed = found.error.simulation + true.error.simulation
+    result, true = (sized(governed(torque, {"inertia": inertia})) for torque in (band, line))
+    allowed = result.error.simulation + true.error.simulation
     assert allowed < 1e-3
-    assert found.simulation.irregularity == pytest.approx(true.simulation.irregularity, rel=allowed)
+    assert result.simulation.irregularity == pytest.approx(true.simulation.irregularity, rel=allowed)
     hair = allowed * true.simulation.irregularity  # of the mean speed: what the told errors leave a speed
-    assert found.simulation.speed_min == pytest.approx(true.simulation.speed_min, rel=hair)
+    assert result.simulation.speed_min == pytest.approx(true.simulation.speed_min, rel=hair)
 
 
 @pytest.mark.parametrize("gain", [2e3, 2e4, 2e5])
 def test_a_stiff_drive_has_the_last_digits_of_the_speed_in_its_error(gain):
     """J omega omega' = gain (19 - omega) - 50 - 10 sin phi: without J it varies by 20/gain, with J a little less."""
-    found = sized(governed(f"{gain}*(19 - omega)", {"inertia": 0.0}))
+    result = sized(governed(f"{gain}*(19 - omega)", {"inertia": 0.0}))
     mean = 19 - 50 / gain
     true = 20 / gain / mean / np.hypot(1.0, 0.1 * mean / gain)
-    assert abs(found.simulation.irregularity / true - 1.0) <= found.error.simulation + (0.1 * 10 / gain / gain) ** 2
-    assert found.error.simulation < 1e-3
+    assert abs(result.simulation.irregularity / true - 1.0) <= result.error.simulation + (0.1 * 10 / gain / gain) ** 2
+    assert result.error.simulation < 1e-3
 
 
 @pytest.mark.parametrize(
-    ("torque", "load", "told"),
+    ("torque", "load", "message"),
     [
         (
             "200 if omega < 19 else 20",
@@ -396,17 +396,17 @@ def test_a_stiff_drive_has_the_last_digits_of_the_speed_in_its_error(gain):
         ("200 - 8*omega", "-50 - 20*sin(phi) - 5*sqrt(omega - 18)", "(sqrt(omega - 18): the square root of -"),
     ],
 )
-def test_why_there_is_no_motion_is_told_as_it_is_found_in_time(torque, load, told):
+def test_why_there_is_no_motion_is_told_as_it_is_found_in_time(torque, load, message):
     with pytest.raises(SceneError) as caught:
         sized(governed(torque, {"irregularity": 0.3}, load))
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_law_that_ends_at_a_speed_is_looked_at_up_to_there():
     """200 - 8 w - 50 - 5 sqrt(w - 18) = 0 at w = 18.369...: all between 18 rad/s and the next speed looked at."""
-    found = sized(governed("200 - 8*omega", {"inertia": 10.0}, "-50 - 2*sin(phi) - 5*sqrt(omega - 18)"))
+    result = sized(governed("200 - 8*omega", {"inertia": 10.0}, "-50 - 2*sin(phi) - 5*sqrt(omega - 18)"))
     root = np.roots([8.0, 5.0, -6.0]).max()
-    assert found.speed == pytest.approx(18 + root**2, rel=1e-5)
+    assert result.speed == pytest.approx(18 + root**2, rel=1e-5)
 
 
 # Sizing along the machine's own motion: what other units, other words and other origins leave as it is; laws that bend.
@@ -448,11 +448,11 @@ DRAGS = {
 @pytest.mark.parametrize("kind", ["v", "omega", "shaft"])
 def test_one_drag_written_in_several_ways(kind):
     base = {key: regimes.YOKE[key] for key in ("mechanism", "drive")} | {"flywheel": {"irregularity": 0.05}}
-    true, found = sized(base | DRAGS["damper"]), sized(base | DRAGS[kind])
-    assert found.flywheel.exact == pytest.approx(true.flywheel.exact, rel=1e-12)
-    assert found.flywheel.approximate == pytest.approx(true.flywheel.approximate, rel=1e-12)
-    assert (found.speed, found.power) == pytest.approx((true.speed, true.power), rel=1e-12)
-    assert found.cyclic.multiplier == pytest.approx(true.cyclic.multiplier, rel=1e-10)
+    true, result = sized(base | DRAGS["damper"]), sized(base | DRAGS[kind])
+    assert result.flywheel.exact == pytest.approx(true.flywheel.exact, rel=1e-12)
+    assert result.flywheel.approximate == pytest.approx(true.flywheel.approximate, rel=1e-12)
+    assert (result.speed, result.power) == pytest.approx((true.speed, true.power), rel=1e-12)
+    assert result.cyclic.multiplier == pytest.approx(true.cyclic.multiplier, rel=1e-10)
 
 
 @pytest.mark.slow
@@ -531,7 +531,7 @@ def test_laws_that_bend_at_a_speed(name):
     state = [start]
     for low, high in pairwise(edges):
         inset = 1e-13 * (high - low)
-        found = solve_ivp(
+        outcome = solve_ivp(
             lambda phi, state, ends=(low + inset, high - inset): rate(min(max(phi, ends[0]), ends[1]), state),
             (low, high),
             state,
@@ -540,10 +540,10 @@ def test_laws_that_bend_at_a_speed(name):
             atol=1e-13,
             dense_output=True,
         )
-        speeds = found.sol(np.linspace(low, high, 9))[0]
+        speeds = outcome.sol(np.linspace(low, high, 9))[0]
         assert speeds.max() <= result.run.speed_max * (1 + 1e-9)
         assert speeds.min() >= result.run.speed_min * (1 - 1e-9)
-        state = [found.y[0, -1]]
+        state = [outcome.y[0, -1]]
     assert state[0] == pytest.approx(start, rel=1e-9)
     assert result.reached
 
@@ -572,10 +572,12 @@ def test_a_switch_at_a_velocity_lies_where_the_motion_reaches_it():
         return [moment / inertia / state[0]]
 
     reached = lambda phi, state: abs(0.3 * np.sin(phi) * state[0]) - 1.2  # noqa: E731
-    found = solve_ivp(rate, (0, 2 * np.pi), [start], method="DOP853", rtol=1e-10, atol=1e-11, events=reached, max_step=0.05)
-    assert found.y[0, -1] == pytest.approx(start, rel=1e-8)
-    assert found.t_events[0].size == 4
-    for angle in found.t_events[0]:
+    outcome = solve_ivp(
+        rate, (0, 2 * np.pi), [start], method="DOP853", rtol=1e-10, atol=1e-11, events=reached, max_step=0.05
+    )
+    assert outcome.y[0, -1] == pytest.approx(start, rel=1e-8)
+    assert outcome.t_events[0].size == 4
+    for angle in outcome.t_events[0]:
         assert np.abs(cuts - angle).min() < 1e-8
 
 
@@ -601,13 +603,13 @@ def confirm(scene, **options):
 @pytest.mark.parametrize("name", sample(MACHINES, 7))
 def test_the_motion_is_that_of_the_references_within_its_estimate(name):
     true, sizing = REFERENCES[name]["simulation"], confirm(FOLDER / "scenes" / f"{name}.toml")
-    found, allowed = sizing.simulation, sizing.error.simulation
-    assert found.route == "collocation"
+    result, allowed = sizing.simulation, sizing.error.simulation
+    assert result.route == "collocation"
     assert 0.0 < allowed <= sizing.rtol
     for key in FIGURES:
         if key in true and true[key] is not None:
-            assert error(getattr(found, key), true[key]) <= allowed + 4e-16, key
-    assert abs(found.closure) < 1e-12
+            assert error(getattr(result, key), true[key]) <= allowed + 4e-16, key
+    assert abs(result.closure) < 1e-12
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-12])
@@ -627,20 +629,20 @@ def test_torques_that_depend_on_speed_are_solved_for_again(name):
     assert abs(sizing.simulation.irregularity / eps - 1) <= sizing.error.simulation <= 1e-9
     given = case.inertias[-1]
     true = regimes.figures(name)["analysis"][str(given)]
-    found = confirm(regimes.scene(name, inertia=given))
-    assert error(found.simulation.irregularity, true["irregularity"]) <= found.error.simulation <= 1e-9
-    assert error(found.simulation.period, true["period"]) <= found.error.simulation
-    audit = flywheel.size(found.scene).simulation
-    assert found.simulation.period == pytest.approx(audit.period, rel=1e-9)
+    result = confirm(regimes.scene(name, inertia=given))
+    assert error(result.simulation.irregularity, true["irregularity"]) <= result.error.simulation <= 1e-9
+    assert error(result.simulation.period, true["period"]) <= result.error.simulation
+    audit = flywheel.size(result.scene).simulation
+    assert result.simulation.period == pytest.approx(audit.period, rel=1e-9)
 
 
 def halved_cells(edges):
     """All cells, to nine decimals, that halving up to five times may lead to."""
-    found = set()
+    result = set()
     for _ in range(6):
-        found |= set(pairwise(np.round(edges, 9).tolist()))
+        result |= set(pairwise(np.round(edges, 9).tolist()))
         edges = np.sort(np.concatenate((edges, 0.5 * (edges[1:] + edges[:-1]))))
-    return found
+    return result
 
 
 def test_no_cell_is_one_of_the_figures_however_often_either_are_halved():
@@ -656,9 +658,9 @@ def test_a_flywheel_that_the_closed_form_got_wrong_is_found_out():
     machine = Machine(flywheel.load(scenes.press()))
     figures, run = wittenbauer.resolved_figures(machine, 1e-9)
     wrong = run._replace(inertia=1.01 * run.inertia)
-    found = by_collocation(Regime(machine, 1e-9, figures, run, wrong, figures.cycle, figures.speed), None)
-    assert 0.005 < found.error < 0.02
-    assert found.motion.irregularity < 0.0499
+    result = by_collocation(Regime(machine, 1e-9, figures, run, wrong, figures.cycle, figures.speed), None)
+    assert 0.005 < result.error < 0.02
+    assert result.motion.irregularity < 0.0499
 
 
 def test_what_takes_too_long_is_told_by_quadrature(monkeypatch):
@@ -673,12 +675,12 @@ def test_what_a_cycle_leaves_over_shows_in_the_closure():
     """Work that closes only as far as `accuracy.closure` allows: the speed drifts by as much over the cycle."""
     open_ = scenes.rotor(drive={"torque": "49.99 N m"}, accuracy={"closure": 0.01}, flywheel={"inertia": 20})
     sizing = confirm(open_)
-    cycle, found = sizing.cycle, sizing.simulation
+    cycle, result = sizing.cycle, sizing.simulation
     start = float(sizing.speed**2 * 20 / 2)
-    assert found.route == "collocation"
+    assert result.route == "collocation"
     assert cycle.net == pytest.approx(-0.01 * 2 * np.pi, rel=1e-9)
-    assert found.closure == pytest.approx(cycle.net / (2 * start), rel=0.02)
-    assert found.irregularity == pytest.approx(flywheel.size(sizing.scene).simulation.irregularity, rel=1e-9)
+    assert result.closure == pytest.approx(cycle.net / (2 * start), rel=0.02)
+    assert result.irregularity == pytest.approx(flywheel.size(sizing.scene).simulation.irregularity, rel=1e-9)
 
 
 def test_a_machine_without_inertia_has_nothing_to_solve_for():

@@ -89,8 +89,8 @@ def regimes(inertia):
 
 def test_every_phase_and_the_whole_duty_against_integrals_by_hand(punch):
     inertia = punch.flywheel.exact
-    found, rows = regimes(inertia), []
-    for row, pulse in zip(found.phases[:3], (250.0, 140.0, 25.0), strict=True):
+    result, rows = regimes(inertia), []
+    for row, pulse in zip(result.phases[:3], (250.0, 140.0, 25.0), strict=True):
         period, square, heat, work = integrals(pulse, inertia)
         duration = 40 * period if row.name == "thin sheet" else row.duration
         assert row.duration == pytest.approx(duration, rel=1e-9)
@@ -99,12 +99,12 @@ def test_every_phase_and_the_whole_duty_against_integrals_by_hand(punch):
         rows.append((duration, square / period, heat / period, work / period))
     time, square, heat, power = np.array(rows).T
     cooled = time.sum() + 0.25 * 45.0
-    assert found.rms_torque == pytest.approx(np.sqrt(time @ square / cooled), rel=1e-9)
-    assert found.heat == pytest.approx(time @ heat / cooled, rel=1e-8)
-    assert found.mean_power == pytest.approx(time @ power / (time.sum() + 45.0), rel=1e-9)
-    assert found.cyclic_duration_factor == pytest.approx((time.sum()) / (time.sum() + 45.0), rel=1e-12)
+    assert result.rms_torque == pytest.approx(np.sqrt(time @ square / cooled), rel=1e-9)
+    assert result.heat == pytest.approx(time @ heat / cooled, rel=1e-8)
+    assert result.mean_power == pytest.approx(time @ power / (time.sum() + 45.0), rel=1e-9)
+    assert result.cyclic_duration_factor == pytest.approx((time.sum()) / (time.sum() + 45.0), rel=1e-12)
     rated = 1100.0 / (1415 * np.pi / 30)
-    assert found.rms_torque_share == pytest.approx(found.rms_torque / rated, rel=1e-12)
+    assert result.rms_torque_share == pytest.approx(result.rms_torque / rated, rel=1e-12)
 
 
 def test_the_flywheel_is_that_of_the_hardest_phase(punch):
@@ -138,9 +138,9 @@ def test_limits_of_heat_and_rms_torque_are_kept_over_the_whole_duty(punch):
 
 def test_no_limit_decides_where_the_machine_needs_no_flywheel():
     limits, heavy = {"irregularity": 0.08, "motor_rms": 2.0}, [{"on": "crank", "value": 300.0}]
-    found = flywheel.size(scene(*PHASES[:1], inertia=heavy, flywheel={"limits": limits}), simulate=False)
-    assert (found.flywheel.exact, found.flywheel.needed, found.binding) == (0.0, False, None)
-    assert not any("motor_rms" in message for message in found.messages)
+    result = flywheel.size(scene(*PHASES[:1], inertia=heavy, flywheel={"limits": limits}), simulate=False)
+    assert (result.flywheel.exact, result.flywheel.needed, result.binding) == (0.0, False, None)
+    assert not any("motor_rms" in message for message in result.messages)
 
 
 def test_a_given_flywheel_and_a_balance_as_drive():
@@ -156,11 +156,11 @@ def test_a_given_flywheel_and_a_balance_as_drive():
 @pytest.mark.slow
 def test_what_passes_between_phases_is_as_small_as_settling_is_short():
     phases = [{"name": "a", "cycles": 12}, {"name": "b", "cycles": 12, "loads": "10 %"}]
-    found = flywheel.size(scene(*phases), simulate=False)
+    result = flywheel.size(scene(*phases), simulate=False)
     motor = flywheel.motors.Induction(
         power=1100.0, speed=1415 * np.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.4, inertia=0.003
     )
-    whole = 2.0 + 0.003 * 6.5**2 + found.flywheel.exact
+    whole = 2.0 + 0.003 * 6.5**2 + result.flywheel.exact
 
     def rates(phi, state, load):
         torque = float(motor.torque(6.5 * state[0]))
@@ -173,22 +173,22 @@ def test_what_passes_between_phases_is_as_small_as_settling_is_short():
         for pulse in [250.0] * 12 + [25.0] * 12:
             for low, high, load in zip(edges[:-1], edges[1:], (0.0, pulse, 0.0), strict=True):
                 state = solve_ivp(rates, (low, high), state, "DOP853", rtol=1e-8, atol=1e-8, args=(load,)).y[:, -1]
-    share = max(row.settling / row.duration for row in found.duty.phases)
+    share = max(row.settling / row.duration for row in result.duty.phases)
     assert 0.05 < share < 0.2
-    assert 0.0 < found.duty.heat / (state[2] / state[1]) - 1.0 < 0.25 * share
-    assert sum("between phases the machine runs otherwise" in told for told in found.messages) == 2
+    assert 0.0 < result.duty.heat / (state[2] / state[1]) - 1.0 < 0.25 * share
+    assert sum("between phases the machine runs otherwise" in output for output in result.messages) == 2
 
 
 def test_types_and_duration_factor():
     drive = {"drive": {"torque": "balance"}, "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": 500.0}}
 
-    def told(*phases):
-        found = flywheel.size(scene(*phases, **drive), simulate=False).duty
-        return found.type, round(found.cyclic_duration_factor, 9)
+    def output(*phases):
+        result = flywheel.size(scene(*phases, **drive), simulate=False).duty
+        return result.type, round(result.cyclic_duration_factor, 9)
 
     load, rest, idle = {"duration": 60}, {"duration": 90, "rest": True}, {"duration": 40, "loads": 0}
-    assert [told(load), told(load, rest), told(load, idle)] == [("S1", 1.0), ("S3", 0.4), ("S6", 0.6)]
-    assert told(load, idle, rest) == (None, round(60 / 190, 9))
+    assert [output(load), output(load, rest), output(load, idle)] == [("S1", 1.0), ("S3", 0.4), ("S6", 0.6)]
+    assert output(load, idle, rest) == (None, round(60 / 190, 9))
 
 
 @pytest.mark.slow
@@ -218,11 +218,11 @@ def test_electric_braking_counts_as_starts_and_names_the_type():
 def test_starts_bring_their_own_heat_and_torque():
     idle, rest = {"duration": 60, "loads": "10 %"}, {"duration": 30, "rest": True}
     plain = flywheel.size(scene(idle, rest), simulate=False)
-    found = flywheel.size(scene(idle | {"starts": 2}, rest), simulate=False)
-    low = PUNCH | {"load": [PULSE | {"factor": 0.1}], "flywheel": {"inertia": found.flywheel.exact}}
+    result = flywheel.size(scene(idle | {"starts": 2}, rest), simulate=False)
+    low = PUNCH | {"load": [PULSE | {"factor": 0.1}], "flywheel": {"inertia": result.flywheel.exact}}
     run = flywheel.run_up(flywheel.load(low))
-    row, steady = found.duty.phases[0], plain.duty.phases[0]
-    assert (found.duty.type, row.starts) == ("S4", 2)
+    row, steady = result.duty.phases[0], plain.duty.phases[0]
+    assert (result.duty.type, row.starts) == ("S4", 2)
     assert row.start_heat == pytest.approx(run.energy.rotor_heat, rel=1e-9)
     share = 1 - 2 * run.time / 60
     assert row.heat == pytest.approx(steady.heat * share + 2 * run.energy.rotor_heat / 60, rel=1e-9)
@@ -230,7 +230,7 @@ def test_starts_bring_their_own_heat_and_torque():
     torque = flywheel.transients.sampled(run.motion.trail, t, owners).drive
     square = np.trapezoid(torque**2, t)
     assert row.rms_torque**2 == pytest.approx(steady.rms_torque**2 * share + 2 * square / 60, rel=1e-7)
-    assert found.duty.heat > plain.duty.heat
+    assert result.duty.heat > plain.duty.heat
     with pytest.raises(flywheel.SceneError, match=r"duty\[0\]\.starts: found 20 starts"):
         flywheel.size(scene(idle | {"duration": 1, "starts": 20}))
 
@@ -270,15 +270,15 @@ def test_all_phases_that_cannot_run_are_told_at_once():
 
 def test_the_drag_of_a_shaft_goes_on_where_the_machine_idles():
     dragged = {"motor": {"ratio": 6.5, "drag": "0.2 N m"}}
-    found = scene({"duration": 60}, {"duration": 40, "loads": 0}, shafts=dragged)
-    assert [load.path for load in found.duty[1].scene.loads] == ["load[0]", "shafts.motor.drag"]
+    result = scene({"duration": 60}, {"duration": 40, "loads": 0}, shafts=dragged)
+    assert [load.path for load in result.duty[1].scene.loads] == ["load[0]", "shafts.motor.drag"]
 
 
 def test_json_and_pages(punch):
-    found = punch.as_dict()
-    assert found["duty"]["phases"][1]["name"] == "thin sheet"
-    assert set(found["error"]["duty"]) >= {"period", "rms_torque", "heat", "mean_power"}
-    assert all(0.0 <= error < 1e-7 for error in found["error"]["duty"].values())
+    result = punch.as_dict()
+    assert result["duty"]["phases"][1]["name"] == "thin sheet"
+    assert set(result["error"]["duty"]) >= {"period", "rms_torque", "heat", "mean_power"}
+    assert all(0.0 <= error < 1e-7 for error in result["error"]["duty"].values())
     from flywheel.tables import sizing, summary
 
     assert "phase that determines the flywheel" in " ".join(summary.text(punch).split())
@@ -452,7 +452,7 @@ def test_machines_that_gas_does_not_drive_are_no_engines() -> None:
 def test_bores_that_are_none(load: dict[str, Any], fault: str) -> None:
     with pytest.raises(SceneError) as caught:
         flywheel.load(engine_scene(load=[load, {"on": "crank", "torque": "-T"}]))
-    assert [found.path for found in caught.value.faults] == [fault]
+    assert [result.path for result in caught.value.faults] == [fault]
 
 
 def test_formulas_refuse_what_cannot_be() -> None:
@@ -570,13 +570,13 @@ EXTREMES: dict[str, dict[str, Any]] = {
 
 def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float, float]]:
     """Figures of an analysis or a sizing with the true ones, the errors said of them, and what errors are relative to."""
-    found = sizing.as_dict()
-    error, motion, energy = found["error"], found["simulation"], found["energy"]
-    yield "speed", found["speed"], true.speed, error["speed"], true.speed
+    result = sizing.as_dict()
+    error, motion, energy = result["error"], result["simulation"], result["energy"]
+    yield "speed", result["speed"], true.speed, error["speed"], true.speed
     for key in ("irregularity", "speed_max", "speed_min", "period"):
         yield key, motion[key], getattr(true, key), error["simulation"], getattr(true, key)
-    if found["balance"] is not None:
-        yield "balance", found["balance"]["value"], true.unknown, error["balance"], true.unknown
+    if result["balance"] is not None:
+        yield "balance", result["balance"]["value"], true.unknown, error["balance"], true.unknown
     flow = sizing.power_flow
     scale = flow.scale
     drive = true.rms_torque / true.mean_power * scale if true.mean_power else 1.0
@@ -599,12 +599,12 @@ def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float,
 def off(table: dict[str, Any], true: Regime, rtol: float) -> list[tuple[Any, ...]]:
     """Figures, with the true ones, whose errors are above the estimates, or above rtol where that is reported as reached."""
     sizing = flywheel.size(flywheel.load(table | {"accuracy": {"rtol": rtol}}), simulate=False)
-    found = []
+    result = []
     for figure, value, exact, said, size in pairs(sizing, true):
         error = abs(value - exact) / max(abs(size), 1e-300)
         if error > said + FLOOR or (sizing.reached and error > rtol + FLOOR):
-            found.append((figure, value, exact, said, error))
-    return found
+            result.append((figure, value, exact, said, error))
+    return result
 
 
 TRUE = {  # of the press for an irregularity of 15 %, by `DriveLine(LINE).sized(0.15)`
@@ -630,9 +630,9 @@ def press(**wheel: Any) -> dict[str, Any]:
 
 def test_press_of_motor_belt_flywheel_shaft_gear_and_crank() -> None:
     sizing = flywheel.size(flywheel.load(press(irregularity=0.15)), simulate=False)
-    found = sizing.as_dict()
+    result = sizing.as_dict()
     assert sizing.reached
-    figures = {"inertia": found["flywheel"]["exact"], "speed": found["speed"], **found["energy"]}
+    figures = {"inertia": result["flywheel"]["exact"], "speed": result["speed"], **result["energy"]}
     assert {key: figures[key] for key in TRUE if key in figures} == pytest.approx(
         {key: value for key, value in TRUE.items() if key in figures}, rel=1e-9
     )
@@ -650,8 +650,8 @@ def test_press_of_motor_belt_flywheel_shaft_gear_and_crank() -> None:
 
 @pytest.mark.slow
 def test_digits_of_the_press() -> None:
-    found = DriveLine(press(irregularity=0.15)).sized(0.15)
-    assert {key: float(getattr(found, key)) for key in TRUE} == pytest.approx(TRUE, rel=1e-12)
+    result = DriveLine(press(irregularity=0.15)).sized(0.15)
+    assert {key: float(getattr(result, key)) for key in TRUE} == pytest.approx(TRUE, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -683,7 +683,7 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
         "flywheel": {"on": "fly", "inertia": 0.2},
     }
     line, end = DriveLine(table), 0.15
-    found = flywheel.transient(flywheel.load(table), start=13.0, at=0.0, end=end)
+    result = flywheel.transient(flywheel.load(table), start=13.0, at=0.0, end=end)
 
     def rates(_: float, state: Any) -> tuple[float, float]:
         phi = state[0] % (2 * pi)
@@ -691,8 +691,8 @@ def test_motor_that_passes_its_synchronous_speed_behind_two_meshes() -> None:
 
     # steps that mind no reversal: each costs them some digits, as the torque is continuous but its slope is not
     true = solve_ivp(rates, (0.0, end), (0.0, 13.0), method="DOP853", rtol=1e-9, atol=1e-11, max_step=0.005).y[:, -1]
-    assert found.motion.trail.stuck is None
-    assert found.motion.trail.ends()[:2, -1] == pytest.approx(true, rel=1e-7)
+    assert result.motion.trail.stuck is None
+    assert result.motion.trail.ends()[:2, -1] == pytest.approx(true, rel=1e-7)
 
 
 @pytest.mark.slow

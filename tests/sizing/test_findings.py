@@ -70,21 +70,21 @@ def sizing():
 
 
 def test_json_has_every_figure_and_no_other(sizing):
-    found = sizing.as_dict()
-    assert list(found) == [one.key for one in FINDINGS if "." not in one.key]
+    result = sizing.as_dict()
+    assert list(result) == [one.key for one in FINDINGS if "." not in one.key]
     for block in ("flywheel", "reduced_inertia", "energy"):
-        assert list(found[block]) == [one.key.partition(".")[2] for one in FINDINGS if one.key.startswith(f"{block}.")]
+        assert list(result[block]) == [one.key.partition(".")[2] for one in FINDINGS if one.key.startswith(f"{block}.")]
     for one in FINDINGS:
         block, _dot, name = one.key.rpartition(".")
-        figures = found[block] if block else found
+        figures = result[block] if block else result
         assert isinstance(value := figures and figures[name], dict) or value == one.of(sizing), one.key
 
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_block_is_its_lines_or_null(block):
     """Whatever the record of a block has is a line of it: none is worded by the record itself."""
-    asked, other = (flywheel.size(flywheel.load(scene)).as_dict()[block] for scene in (BLOCKS[block], AREAS))
-    assert list(asked) == [one.key.partition(".")[2] for one in FINDINGS if one.key.startswith(f"{block}.")]
+    request, other = (flywheel.size(flywheel.load(scene)).as_dict()[block] for scene in (BLOCKS[block], AREAS))
+    assert list(request) == [one.key.partition(".")[2] for one in FINDINGS if one.key.startswith(f"{block}.")]
     assert other is None
 
 
@@ -97,10 +97,10 @@ def test_the_reference_tells_of_every_figure():
 def test_columns_of_sweeps_are_those_of_the_figures(sizing):
     columns = {one.column.name or one.key: one for one in FINDINGS if one.column is not None}
     assert set(columns) <= set(FIGURES)
-    found = figures_of(sizing)
+    result = figures_of(sizing)
     for name, one in columns.items():
         value = (one.column.value or one.of)(sizing)
-        assert value is None or found[name][0] == value, name
+        assert value is None or result[name][0] == value, name
         assert FIGURES[name].about == one.column.about
         assert not FIGURES[name].error or FIGURES[name].error in sizing.errors, name
 

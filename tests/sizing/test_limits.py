@@ -65,12 +65,12 @@ def true_shares(inertia: float) -> dict[str, float]:
     """The figures along the periodic motion with a flywheel, by shooting over the crank angle."""
 
     def rates(load: float) -> Any:
-        def found(phi: float, y: Any) -> list[float]:
+        def result(phi: float, y: Any) -> list[float]:
             w = sqrt(y[0])
             drive, amps = torque(w), current(w)
             return [2 * (RATIO * drive - load) / (inertia + OWN), 1 / w, drive**2 / w, amps**2 / w]
 
-        return found
+        return result
 
     def cycle(square: float) -> tuple[Any, list[float]]:
         y, ends = np.array([square, 0.0, 0.0, 0.0]), [square]
@@ -145,10 +145,10 @@ def test_a_current_with_a_state_of_its_own_and_its_confirmation_in_time():
 
 def test_the_irregularity_alone_is_the_sizing_for_it():
     plain = punch({}) | {"flywheel": {"irregularity": 0.1}}
-    asked, sizing = flywheel.size(flywheel.load(plain), simulate=False), sized({"irregularity": 0.1})
-    assert sizing.flywheel == asked.flywheel
-    assert (sizing.binding, sizing.limits["irregularity"].alone) == ("irregularity", asked.flywheel.exact)
-    assert asked.as_dict()["flywheel"]["limits"] is None
+    request, sizing = flywheel.size(flywheel.load(plain), simulate=False), sized({"irregularity": 0.1})
+    assert sizing.flywheel == request.flywheel
+    assert (sizing.binding, sizing.limits["irregularity"].alone) == ("irregularity", request.flywheel.exact)
+    assert request.as_dict()["flywheel"]["limits"] is None
     diagram = {"areas": {"values": [100, -100], "scale": 1}, "regime": {"speed": 10}}
     diagram["flywheel"] = {"limits": {"irregularity": 0.02}}
     assert flywheel.size(flywheel.load(diagram)).limits["irregularity"].alone == 50.0
@@ -187,12 +187,12 @@ def test_limits_that_no_flywheel_reaches_are_told_with_the_best():
 def test_a_pulsation_of_the_current_of_the_load_alone_is_told():
     plate = {"type": "induction", "power": POWER, "speed": "1420 rpm", "poles": 4, "frequency": 50, "breakdown_ratio": 2.6}
     scene = punch({"current_pulsation": 1.0})
-    told = {}
+    output = {}
     for name, more in (("alone", {}), ("whole", {"voltage": 400, "current": 16, "power_factor": 0.82})):
         scene["drive"] = {"on": "motor", "motor": plate | more}
-        told[name] = " ".join(flywheel.size(flywheel.load(scene), simulate=False).messages)
-    assert "give power_factor or no_load_current" in told["alone"]
-    assert "power_factor" not in told["whole"]
+        output[name] = " ".join(flywheel.size(flywheel.load(scene), simulate=False).messages)
+    assert "give power_factor or no_load_current" in output["alone"]
+    assert "power_factor" not in output["whole"]
 
 
 @pytest.mark.slow
@@ -225,7 +225,7 @@ def test_a_crossing_beside_those_of_other_limits_is_found():
 
 
 @pytest.mark.parametrize(
-    ("limits", "motor", "told"),
+    ("limits", "motor", "message"),
     [
         ({}, {}, "flywheel.limits: found no limit"),
         ({"motor_heat": 110}, {}, 'write "110 %"'),
@@ -236,7 +236,7 @@ def test_a_crossing_beside_those_of_other_limits_is_found():
         ({"motor_rms": 1}, None, "motor_rms without a motor"),
     ],
 )
-def test_limits_that_cannot_be_are_told_in_a_line(limits, motor, told):
+def test_limits_that_cannot_be_are_told_in_a_line(limits, motor, message):
     scene = punch(limits)
     if motor is None:
         scene["drive"], scene["regime"] = {"torque": "balance"}, {"speed": 10}
@@ -245,7 +245,7 @@ def test_limits_that_cannot_be_are_told_in_a_line(limits, motor, told):
         scene["drive"] = {"on": "motor", "motor": motor | others[motor["type"]]}
     with pytest.raises(SceneError) as caught:
         flywheel.load(scene)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_limits_stand_beside_no_irregularity_and_no_inertia():
@@ -262,12 +262,12 @@ def test_a_sweep_finds_the_flywheels_that_keep_limits(limits, alone):
     """Many at once, but for a limit of the heat that a current makes."""
     columns = {f"flywheel.limits.{name}": [value, 1.1 * value] for name, value in limits.items()}
     columns["inertia.0.value"] = [0.4, 0.3]
-    found = flywheel.sweep(flywheel.load(punch(limits)), columns)
-    assert set(found.ways.tolist()) <= ({ALONE} if alone else {TRACED, REFINED})
+    result = flywheel.sweep(flywheel.load(punch(limits)), columns)
+    assert set(result.ways.tolist()) <= ({ALONE} if alone else {TRACED, REFINED})
     for k in (0, 1):
-        sizing = flywheel.size(found.design(k), 1e-12, simulate=False)
-        assert found.exact[k] == pytest.approx(sizing.flywheel.exact, rel=found.error.exact[k] + 1e-12)
-        assert found.speed[k] == pytest.approx(sizing.speed, rel=found.error.speed[k] + 1e-12)
+        sizing = flywheel.size(result.design(k), 1e-12, simulate=False)
+        assert result.exact[k] == pytest.approx(sizing.flywheel.exact, rel=result.error.exact[k] + 1e-12)
+        assert result.speed[k] == pytest.approx(sizing.speed, rel=result.error.speed[k] + 1e-12)
 
 
 def test_the_flywheels_of_a_search_turn_with_the_machine_s_own_inertia_in_even_steps():
@@ -351,7 +351,7 @@ def test_an_irregularity_that_rises_with_inertia_and_falls_again(motions):
     data = sizing.as_dict()
     assert data["flywheel"]["broken"] == [{"from": broken.start, "to": broken.end}]
     assert 0.0 < data["error"]["broken"] < 1e-9
-    assert any("not kept by heavier flywheels of 0.018437 to 0.77587 kg m^2" in told for told in sizing.messages)
+    assert any("not kept by heavier flywheels of 0.018437 to 0.77587 kg m^2" in output for output in sizing.messages)
     tighter = flywheel.size(flywheel.load(swinging(irregularity=0.025)), simulate=False)
     assert (kept(tighter, SCAN) == (true <= 0.025))[np.abs(true / 0.025 - 1.0) > 1e-4].all()
     assert tighter.flywheel.exact > broken.start
@@ -368,9 +368,9 @@ def test_limits_of_a_motor_with_a_current_of_its_own(name, motions):
         "current_pulsation": np.ptp(i, axis=0) / LIGHT_AMPS,
     }[name]
     for share in (0.3, 0.9):
-        asked = float(true.min() + share * np.ptp(true))
-        sizing = flywheel.size(flywheel.load(swinging(limits={name: asked})), simulate=False)
-        assert (kept(sizing, SCAN) == (true <= asked))[np.abs(true / asked - 1.0) > 1e-4].all(), asked
+        request = float(true.min() + share * np.ptp(true))
+        sizing = flywheel.size(flywheel.load(swinging(limits={name: request})), simulate=False)
+        assert (kept(sizing, SCAN) == (true <= request))[np.abs(true / request - 1.0) > 1e-4].all(), request
 
 
 @pytest.mark.slow
@@ -437,8 +437,8 @@ def test_heat_over_a_duty_that_is_kept_without_a_flywheel_or_with_the_least():
     loose = sized(1.01 * true[0])
     assert (loose.flywheel.exact, loose.flywheel.needed, loose.binding) == (0.0, False, None)
     assert loose.limits["motor_heat"].reached == pytest.approx(true[0], rel=1e-4)
-    asked = 0.5 * (true.min() + true.max())
-    assert (kept(sized(asked), SCAN) == (true <= asked))[np.abs(true / asked - 1.0) > 1e-4].all()
+    request = 0.5 * (true.min() + true.max())
+    assert (kept(sized(request), SCAN) == (true <= request))[np.abs(true / request - 1.0) > 1e-4].all()
 
 
 def test_the_error_of_a_least_flywheel_covers_lighter_ones_of_which_nothing_is_known():
@@ -474,24 +474,24 @@ def sized_built(**wheel: object) -> Sizing:
 
 
 def test_a_wheel_carries_the_exact_inertia_and_keeps_the_irregularity():
-    found = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m")
-    assert found.built is not None
-    assert found.built.wheel.inertia == pytest.approx(found.flywheel.exact, rel=1e-12)
-    assert found.built.irregularity == pytest.approx(0.15, rel=1e-10)
-    assert found.built.wheel.speed == pytest.approx(2 * np.pi * 1.075, rel=1e-12)
-    assert found.built.torque is None
+    result = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m")
+    assert result.built is not None
+    assert result.built.wheel.inertia == pytest.approx(result.flywheel.exact, rel=1e-12)
+    assert result.built.irregularity == pytest.approx(0.15, rel=1e-10)
+    assert result.built.wheel.speed == pytest.approx(2 * np.pi * 1.075, rel=1e-12)
+    assert result.built.torque is None
 
 
 def test_a_wheel_rounded_up_gives_the_irregularity_of_its_own_inertia():
-    found = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m", step="50 kg m^2")
-    assert found.built is not None
-    assert found.flywheel.exact is not None
-    inertia = 50 * np.ceil(found.flywheel.exact / 50)
-    assert found.built.wheel.inertia == pytest.approx(inertia)
+    result = sized_built(shape="disc", material="carbon steel", outer_radius="0.6 m", step="50 kg m^2")
+    assert result.built is not None
+    assert result.flywheel.exact is not None
+    inertia = 50 * np.ceil(result.flywheel.exact / 50)
+    assert result.built.wheel.inertia == pytest.approx(inertia)
     given = flywheel.load({**PRESS, "flywheel": {"inertia": inertia}})
     again = flywheel.size(given, simulate=False).simulation
     assert again is not None
-    assert found.built.irregularity == pytest.approx(again.irregularity, rel=1e-10)
+    assert result.built.irregularity == pytest.approx(again.irregularity, rel=1e-10)
 
 
 def test_the_wheel_turns_with_its_own_shaft():
@@ -504,52 +504,52 @@ def test_the_wheel_turns_with_its_own_shaft():
 
 
 def test_arms_pass_on_what_accelerates_the_wheel():
-    asked = {"shape": "arms", "material": "carbon steel", "outer_radius": "0.9 m", "bore": "80 mm"}
-    found = sized_built(**asked)
-    assert found.built is not None
-    assert found.run is not None
-    assert found.machine is not None
-    assert found.cycle is not None
+    request = {"shape": "arms", "material": "carbon steel", "outer_radius": "0.9 m", "bore": "80 mm"}
+    result = sized_built(**request)
+    assert result.built is not None
+    assert result.run is not None
+    assert result.machine is not None
+    assert result.cycle is not None
     phi = np.linspace(np.radians(340.0) + 1e-9, 2 * np.pi - 1e-9, 2001)
-    omega = turning_moment.speed_over_cycle(found.cycle, found.speed, found.run, phi)
-    state = flywheel.reduce(found.machine, phi)
-    alpha = (state.moment - 0.5 * state.slope * omega**2) / (state.inertia + found.run.inertia)
-    torque = found.flywheel.exact * float(np.abs(alpha).max())
-    given = sized_built(**asked, torque=torque)
+    omega = turning_moment.speed_over_cycle(result.cycle, result.speed, result.run, phi)
+    state = flywheel.reduce(result.machine, phi)
+    alpha = (state.moment - 0.5 * state.slope * omega**2) / (state.inertia + result.run.inertia)
+    torque = result.flywheel.exact * float(np.abs(alpha).max())
+    given = sized_built(**request, torque=torque)
     assert given.built is not None
-    assert found.built.torque == pytest.approx(torque, rel=1e-5)
+    assert result.built.torque == pytest.approx(torque, rel=1e-5)
     assert given.built.torque == torque
-    assert "N m, inertia times the greatest acceleration" in report.text(found)
+    assert "N m, inertia times the greatest acceleration" in report.text(result)
     assert "greatest acceleration" not in report.text(given)
     place = "arms at the hub"
-    assert found.built.wheel.stresses[place] == pytest.approx(given.built.wheel.stresses[place], rel=1e-5)
+    assert result.built.wheel.stresses[place] == pytest.approx(given.built.wheel.stresses[place], rel=1e-5)
 
 
 def test_a_machine_that_sets_its_own_speed_is_solved_again_with_the_wheel_as_built():
     wheel = {"shape": "disc", "material": "grey cast iron", "outer_radius": "0.4 m", "step": "1 kg m^2"}
-    found = flywheel.size(flywheel.load({**regimes.SECTION_C, "flywheel": {"irregularity": 0.1, **wheel}}), simulate=False)
+    result = flywheel.size(flywheel.load({**regimes.SECTION_C, "flywheel": {"irregularity": 0.1, **wheel}}), simulate=False)
     given = flywheel.size(flywheel.load({**regimes.SECTION_C, "flywheel": {"inertia": 6.0}}), simulate=False)
-    assert found.built is not None
+    assert result.built is not None
     assert given.simulation is not None
-    assert found.built.wheel.inertia == pytest.approx(6.0)
-    assert found.built.irregularity == pytest.approx(given.simulation.irregularity, rel=1e-9)
+    assert result.built.wheel.inertia == pytest.approx(6.0)
+    assert result.built.irregularity == pytest.approx(given.simulation.irregularity, rel=1e-9)
 
 
 def test_no_wheel_where_no_flywheel_is_needed():
     scene = {"drive": {"torque": 5}, "load": [{"on": "crank", "torque": -5}], "regime": {"speed": 10}}
-    asked = {"irregularity": 0.1, "shape": "disc", "material": "carbon steel", "outer_radius": "0.4 m"}
-    found = flywheel.size(flywheel.load({**scene, "flywheel": asked}), simulate=False)
-    assert found.built is None
-    assert any("no wheel" in message for message in found.messages)
+    request = {"irregularity": 0.1, "shape": "disc", "material": "carbon steel", "outer_radius": "0.4 m"}
+    result = flywheel.size(flywheel.load({**scene, "flywheel": request}), simulate=False)
+    assert result.built is None
+    assert any("no wheel" in message for message in result.messages)
 
 
 def test_a_wheel_for_a_diagram_of_areas():
-    asked = {"irregularity": 0.02, "shape": "rim", "material": "grey cast iron", "outer_radius": "0.5 m"}
-    scene = {"areas": {"values": [30, -50, 20], "scale": "100 J"}, "regime": {"speed": "300 rpm"}, "flywheel": asked}
-    found = flywheel.size(flywheel.load(scene))
-    assert found.built is not None
-    assert found.built.wheel.inertia == pytest.approx(found.flywheel.exact, rel=1e-9)
-    assert found.built.irregularity == pytest.approx(0.02, rel=1e-9)
+    request = {"irregularity": 0.02, "shape": "rim", "material": "grey cast iron", "outer_radius": "0.5 m"}
+    scene = {"areas": {"values": [30, -50, 20], "scale": "100 J"}, "regime": {"speed": "300 rpm"}, "flywheel": request}
+    result = flywheel.size(flywheel.load(scene))
+    assert result.built is not None
+    assert result.built.wheel.inertia == pytest.approx(result.flywheel.exact, rel=1e-9)
+    assert result.built.irregularity == pytest.approx(0.02, rel=1e-9)
 
 
 # The flywheel of a sizing on every shaft, with its wheel made wider.

@@ -60,14 +60,14 @@ def test_constant_torques_through_two_meshes_by_hand():
         flywheel={"inertia": 3.0},
     )
     flow = flow_of(scene)
-    found = by_name(flow)
+    result = by_name(flow)
     on_crank = 2000.0 + 2.0 * 100.0 + 150.0 / 0.8
     assert flow.input == pytest.approx(on_crank / 0.9, rel=1e-12)
     assert flow.output == pytest.approx(2150.0, rel=1e-12)
-    assert found["mesh", "shafts.motor"].mean == pytest.approx(on_crank / 9.0, rel=1e-12)
-    assert found["mesh", "shafts.fan"].mean == pytest.approx(37.5, rel=1e-12)
-    assert found["damper", "damper[0]"].mean == pytest.approx(200.0, rel=1e-12)
-    assert found["shaft", "shafts.motor"].mean == pytest.approx(on_crank, rel=1e-12)
+    assert result["mesh", "shafts.motor"].mean == pytest.approx(on_crank / 9.0, rel=1e-12)
+    assert result["mesh", "shafts.fan"].mean == pytest.approx(37.5, rel=1e-12)
+    assert result["damper", "damper[0]"].mean == pytest.approx(200.0, rel=1e-12)
+    assert result["shaft", "shafts.motor"].mean == pytest.approx(on_crank, rel=1e-12)
     assert flow.efficiency == pytest.approx(2150.0 * 0.9 / on_crank, rel=1e-12)
     motor = next(row for row in flow.shafts if row.shaft == "motor")
     assert (motor.on, motor.to, motor.speed) == ("crank", "crank", 80.0)
@@ -86,11 +86,11 @@ def test_a_flywheel_behind_a_mesh_pays_for_what_it_stores():
         flywheel={"on": "wheel", "inertia": 0.2},
     )
     flow = flow_of(scene)
-    found = by_name(flow)
-    assert flow.losses == pytest.approx(found["mesh", "shafts.wheel"].mean, rel=1e-12)
+    result = by_name(flow)
+    assert flow.losses == pytest.approx(result["mesh", "shafts.wheel"].mean, rel=1e-12)
     assert flow.losses > 1.0
-    assert found["stored", "flywheel"].mean == 0.0
-    assert found["stored", "flywheel"].least < -100.0 < 100.0 < found["stored", "flywheel"].greatest
+    assert result["stored", "flywheel"].mean == 0.0
+    assert result["stored", "flywheel"].least < -100.0 < 100.0 < result["stored", "flywheel"].greatest
     closes(flow)
 
 
@@ -99,17 +99,17 @@ def test_the_electric_side_of_motors():
     case = regimes.CASES["dc-inductance"]
     result = flywheel.size(flywheel.load(regimes.scene("dc-inductance", inertia=case.inertias[-1])), simulate=False)
     flow, motor = result.power_flow, result.scene.motor
-    found, ratio = by_name(flow), result.scene.shafts[result.scene.drive.on]
+    outcome, ratio = by_name(flow), result.scene.shafts[result.scene.drive.on]
     current = (motor.voltage - motor.constant * ratio * flow.scene.cycle / flow.period) / motor.resistance  # over time
-    assert found["input", "drive"].mean == pytest.approx(motor.voltage * current, rel=1e-9)
-    assert found["copper", "drive.copper"].mean == pytest.approx(result.energy.copper_heat, rel=1e-9)
-    assert ("stored", "drive.inductance") in found
+    assert outcome["input", "drive"].mean == pytest.approx(motor.voltage * current, rel=1e-9)
+    assert outcome["copper", "drive.copper"].mean == pytest.approx(result.energy.copper_heat, rel=1e-9)
+    assert ("stored", "drive.inductance") in outcome
     closes(flow)
     scene = flywheel.load(ROOT / "examples" / "regimes" / "punch_press.toml")
     sizing = flywheel.size(scene, simulate=False)
-    flow, found = sizing.power_flow, by_name(sizing.power_flow)
-    assert found["rotor", "drive.rotor"].mean == pytest.approx(sizing.energy.rotor_heat, rel=1e-9)
-    assert found["input", "drive"].mean == pytest.approx(sizing.energy.mean_power + sizing.energy.rotor_heat, rel=1e-12)
+    flow, outcome = sizing.power_flow, by_name(sizing.power_flow)
+    assert outcome["rotor", "drive.rotor"].mean == pytest.approx(sizing.energy.rotor_heat, rel=1e-9)
+    assert outcome["input", "drive"].mean == pytest.approx(sizing.energy.mean_power + sizing.energy.rotor_heat, rel=1e-12)
     closes(flow)
 
 
@@ -124,12 +124,12 @@ def test_a_synchronous_motor_s_field_stores_what_its_load_angle_takes_up():
         "flywheel": {"inertia": 20.0},
     }
     flow = flow_of(scene)
-    found = by_name(flow)
-    field = found["stored", "drive.field"]
+    result = by_name(flow)
+    field = result["stored", "drive.field"]
     assert field.mean == 0.0
     assert field.least < -30.0 < 30.0 < field.greatest
     torque = next(row for row in flow.shafts if row.shaft == "motor").torque_mean
-    assert found["input", "drive"].mean == pytest.approx(torque * 50.0 * np.pi, rel=1e-9)
+    assert result["input", "drive"].mean == pytest.approx(torque * 50.0 * np.pi, rel=1e-9)
     closes(flow)
 
 
@@ -146,9 +146,9 @@ def test_an_engine_gives_and_its_drive_takes():
 
 def test_areas_have_none_and_json_has_all():
     areas = {"areas": {"values": [10, -10], "scale": 1}, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}}
-    found = flywheel.size(flywheel.load(areas))
-    assert found.power_flow is None
-    assert (found.as_dict()["power_flow"], found.as_dict()["error"]["power_flow"]) == (None, None)
+    result = flywheel.size(flywheel.load(areas))
+    assert result.power_flow is None
+    assert (result.as_dict()["power_flow"], result.as_dict()["error"]["power_flow"]) == (None, None)
     sizing = flywheel.size(flywheel.load(scenes.press()), simulate=False)
     data = sizing.as_dict()["power_flow"]
     assert {stream["kind"] for stream in data["streams"]} == {"drive", "load", "stored"}
@@ -188,20 +188,20 @@ def test_friction_in_joints_is_lost():
     load = [{"on": "ram", "force": "-300 N", "from": "200 deg", "to": "330 deg"}]
     drive = {"on": "motor", "torque": "balance"}
     flow = flow_of(press(shafts=shafts, load=load, drive=drive, regime={"speed": 12.0}, flywheel={"inertia": 6.0}))
-    found = by_name(flow)
-    friction = found["friction", "friction in joints"].mean
+    result = by_name(flow)
+    friction = result["friction", "friction in joints"].mean
     assert friction > 5.0
-    assert found["shaft", "shafts.motor"].mean == pytest.approx(found["load", "load[0]"].mean + friction, rel=1e-9)
+    assert result["shaft", "shafts.motor"].mean == pytest.approx(result["load", "load[0]"].mean + friction, rel=1e-9)
     closes(flow)
 
 
 @pytest.mark.slow
 def test_meshes_as_by_the_oracle():
     flow, true = flow_of(PRESS), DriveLine(PRESS).analysed(0.3)
-    found, rows = by_name(flow), {row.shaft: row for row in flow.shafts}
+    result, rows = by_name(flow), {row.shaft: row for row in flow.shafts}
     assert flow.period == pytest.approx(true.period, rel=1e-11)
     for name, passed in true.flows.items():
-        own, lost = rows[name], found["mesh", f"shafts.{name}"]
+        own, lost = rows[name], result["mesh", f"shafts.{name}"]
         sign = 1.0 if own.to == name else -1.0
         assert sign * own.power_mean == pytest.approx(passed.mean, rel=1e-11)
         assert own.torque_rms == pytest.approx(passed.rms_torque, rel=1e-10)
@@ -209,7 +209,7 @@ def test_meshes_as_by_the_oracle():
         assert sign * own.power_greatest == pytest.approx(passed.greatest if sign > 0 else passed.least, rel=1e-8)
     works = {"load 0": "load[0]", "load 1": "load[1]", "load 2": "load[2]"}
     for name, path in works.items():
-        assert found["load", path].work == pytest.approx(-true.works[name], rel=1e-10)
+        assert result["load", path].work == pytest.approx(-true.works[name], rel=1e-10)
 
 
 @pytest.mark.slow
@@ -393,21 +393,21 @@ def test_what_heats_a_motor_is_that_of_its_equations_in_time(name, load, efficie
         rated = motor.rated.torque * (motor.synchronous_speed - motor.speed)
         assert energy.rotor_heat == pytest.approx(heat, rel=1e-8)
         assert energy.rotor_heat_share == pytest.approx(heat / rated, rel=1e-8)
-        told = {"rotor_heat", "rotor_heat_share"}
+        output = {"rotor_heat", "rotor_heat_share"}
     else:
         peak = currents[np.abs(currents).argmax()]
         assert energy.copper_heat == pytest.approx(heat, rel=1e-8)
         assert energy.current_rms == pytest.approx(np.sqrt(heat / motor.resistance), rel=1e-8)
         assert energy.current_peak == pytest.approx(peak, rel=1e-6)
         assert abs(energy.current_peak) >= abs(peak) * (1 - 1e-9)
-        told = {"copper_heat", "current_rms", "current_peak"} | ({"copper_heat_share"} if "plate" in name else set())
+        output = {"copper_heat", "current_rms", "current_peak"} | ({"copper_heat_share"} if "plate" in name else set())
         if "plate" in name:
             current = 1500 / (0.8 * 220)
             assert energy.copper_heat_share == pytest.approx(heat / (motor.resistance * current**2), rel=1e-8)
     every = {"rotor_heat", "rotor_heat_share", "copper_heat", "copper_heat_share", "current_rms", "current_peak"}
-    assert {key for key in every if result.as_dict()["energy"][key] is not None} == told
-    assert {key for key in every if error[key] is not None} == told
-    assert all(0.0 < error[key] < 1e-8 for key in told)
+    assert {key for key in every if result.as_dict()["energy"][key] is not None} == output
+    assert {key for key in every if error[key] is not None} == output
+    assert all(0.0 < error[key] < 1e-8 for key in output)
 
 
 def test_the_heat_of_a_constant_load_is_that_of_its_speed():
@@ -431,20 +431,20 @@ def test_heat_of_a_stator_is_the_integral_of_the_line_current():
     plate = {"voltage": 400.0, "current": 15.0, "power_factor": 0.83, "no_load_current": 7.0}
     motor = {"type": "induction", "power": 7500.0, "speed": 151.8, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}
     load = {"on": "crank", "torque": -150.0, "from": 0, "to": 2.0}
-    found = flywheel.size(
+    result = flywheel.size(
         flywheel.load({"load": [load], "drive": {"motor": motor | plate}, "flywheel": {"inertia": 0.8}}), simulate=False
     )
     points, weights = np.polynomial.legendre.leggauss(40)
     edges = np.array([0.0, 2.0, 4.0, 2 * np.pi])
     half = 0.5 * np.diff(edges)[:, None]
-    omega = speed_at(found, (edges[:-1, None] + half * (1 + points)).ravel())
+    omega = speed_at(result, (edges[:-1, None] + half * (1 + points)).ravel())
     lasting = (half * weights).ravel() / omega
-    share = found.scene.motor.current_share(omega)
-    energy = found.energy
+    share = result.scene.motor.current_share(omega)
+    energy = result.energy
     assert energy.stator_heat_share == pytest.approx(lasting @ share**2 / lasting.sum(), rel=1e-10)
-    assert energy.stator_heat == pytest.approx(energy.stator_heat_share * found.scene.motor.rated_stator_heat, rel=1e-14)
+    assert energy.stator_heat == pytest.approx(energy.stator_heat_share * result.scene.motor.rated_stator_heat, rel=1e-14)
     assert energy.current_rms == pytest.approx(15.0 * energy.stator_heat_share**0.5, rel=1e-14)
-    edge = found.scene.motor.current(speed_at(found, [0.0, 2.0]))
+    edge = result.scene.motor.current(speed_at(result, [0.0, 2.0]))
     assert energy.current_peak == pytest.approx(float(edge.max()), rel=1e-10)
     assert 0 < energy.errors["stator_heat_share"] < 1e-9
 

@@ -71,16 +71,16 @@ def of_reference(name: str) -> Any:
 
 @pytest.mark.parametrize("name", sample(sorted(REFERENCES), 3))
 def test_references_of_thirty_digits_lie_inside(name: str) -> None:
-    found = of_reference(name)
-    assert bool(found.figures) != bool(found.reason)
-    for key, (low, high) in found.figures.items():
+    result = of_reference(name)
+    assert bool(result.figures) != bool(result.reason)
+    for key, (low, high) in result.figures.items():
         true = at(REFERENCES[name], key)
         assert true is None or Fraction(low) <= Fraction(Decimal(str(true))) <= Fraction(high), key
 
 
 def test_most_references_with_torques_of_position_are_proven() -> None:
-    found = [of_reference(name) for name in sorted(REFERENCES)[::3]]
-    assert sum(bool(one.figures) for one in found) >= len(found) // 3
+    result = [of_reference(name) for name in sorted(REFERENCES)[::3]]
+    assert sum(bool(one.figures) for one in result) >= len(result) // 3
 
 
 def test_the_sizing_lies_within_its_own_estimate_of_the_interval() -> None:
@@ -128,19 +128,19 @@ def test_numbers_are_the_decimals_that_are_written_and_not_their_floats() -> Non
         "regime": {"speed": "60 rpm"},
         "flywheel": {"irregularity": 0.1},
     }
-    found = proven(rotor).figures
-    low, high = found["reduced_inertia.max"]
+    result = proven(rotor).figures
+    low, high = result["reduced_inertia.max"]
     assert Fraction(low) <= Fraction(1, 10) <= Fraction(high)
-    low, high = found["energy_fluctuation"]  # 0.05 N m over half a turn
+    low, high = result["energy_fluctuation"]  # 0.05 N m over half a turn
     assert low <= 0.05 * math.pi <= high
-    assert found["balance.value"][0] <= -0.05 <= found["balance.value"][1]
+    assert result["balance.value"][0] <= -0.05 <= result["balance.value"][1]
 
 
 def test_values_of_a_yoke_by_its_closed_form() -> None:
     """The energy of a yoke under a constant force, 2 F r over half a turn, with its balance F r/pi."""
     yoke = scenes.yoke()
     force, length = 1000.0, 0.5
-    found = proven(
+    result = proven(
         {
             **yoke,
             "mechanism": {"type": "scotch-yoke", "crank": {"length": length}, "yoke": {"mass": 20}},
@@ -150,7 +150,7 @@ def test_values_of_a_yoke_by_its_closed_form() -> None:
     ).figures
     angle = math.asin(1 / math.pi)
     size = force * length * (2 * math.cos(angle) - (math.pi - 2 * angle) / math.pi)
-    low, high = found["energy_fluctuation"]
+    low, high = result["energy_fluctuation"]
     assert low * (1 - 1e-14) <= size <= high * (1 + 1e-14)
 
 
@@ -183,11 +183,11 @@ TABLES: dict[str, Any] = {
 @pytest.mark.parametrize("phase", ["0 deg", "35.7 deg"])
 def test_a_table_is_proven_as_its_rows_are_written(name: str, phase: str) -> None:
     scene = {**PRESS, "mechanism": PRESS["mechanism"] | {"phase": phase}, "load": [TABLES[name]]}
-    found = proven(scene).figures
+    result = proven(scene).figures
     true = figures.references(Machine(json.loads(json.dumps(scene))))
-    for key, (low, high) in found.items():
+    for key, (low, high) in result.items():
         assert low - 1e-15 * abs(low) <= at(true, key) <= high + 1e-15 * abs(high), key
-    low, high = found["flywheel.exact"]
+    low, high = result["flywheel.exact"]
     assert high - low < 1e-13 * high
 
 
@@ -195,9 +195,9 @@ def test_a_drive_whose_torque_is_an_expression_is_proven() -> None:
     drag = {"on": "crank", "torque": "-drag*max(sin(phi), 0)"}
     drive = {"torque": "900*(1 + 0.2*cos(phi))"}
     scene = {**PRESS, "load": [*PRESS["load"], drag], "parameters": {"drag": "balance"}, "drive": drive}
-    found, true = proven(scene).figures, figures.references(Machine(json.loads(json.dumps(scene))))
-    assert {"balance.value", "flywheel.exact"} <= found.keys()
-    assert all(low - 1e-15 * abs(low) <= at(true, key) <= high + 1e-15 * abs(high) for key, (low, high) in found.items())
+    result, true = proven(scene).figures, figures.references(Machine(json.loads(json.dumps(scene))))
+    assert {"balance.value", "flywheel.exact"} <= result.keys()
+    assert all(low - 1e-15 * abs(low) <= at(true, key) <= high + 1e-15 * abs(high) for key, (low, high) in result.items())
 
 
 def jointed(aim: int = 0, **rod: Any) -> dict[str, Any]:
@@ -306,13 +306,13 @@ def test_the_assembly_of_a_linkage_decides_its_intervals() -> None:
     for side in ("left", "right"):
         table["assembly"] = [{"point": "coupler.C", "side": side, "from": "arm.B", "to": "frame.D"}]
         load = [{"on": "rocker", "torque": "-30", "from": 0, "to": 2}]
-        found = flywheel.size(flywheel.load({**PRESS, "mechanism": table, "gravity": {}, "load": load}), accuracy="proof")
-        assert found.proof is not None
-        low, high = found.proof.figures["flywheel.exact"]
-        exact = found.flywheel.exact
+        result = flywheel.size(flywheel.load({**PRESS, "mechanism": table, "gravity": {}, "load": load}), accuracy="proof")
+        assert result.proof is not None
+        low, high = result.proof.figures["flywheel.exact"]
+        exact = result.flywheel.exact
         assert exact is not None
         assert high - low <= WIDEST * high
-        assert low * (1 - found.error.exact) <= exact <= high * (1 + found.error.exact)
+        assert low * (1 - result.error.exact) <= exact <= high * (1 + result.error.exact)
         intervals.append((low, high))
     assert max(low for low, _ in intervals) > 1.001 * min(high for _, high in intervals)
 
@@ -376,10 +376,10 @@ def test_a_flywheel_behind_two_meshes_with_losses_has_the_irregularity_that_was_
     ],
 )
 def test_what_cannot_be_proven_is_refused_with_its_reason(change: dict[str, Any], reason: str) -> None:
-    found = proven({**PRESS, **change})
-    assert found.figures == {}
-    assert reason in found.reason
-    assert found.statement == "nothing is proven"
+    result = proven({**PRESS, **change})
+    assert result.figures == {}
+    assert reason in result.reason
+    assert result.statement == "nothing is proven"
 
 
 def test_a_diagram_of_areas_is_refused() -> None:
@@ -395,10 +395,10 @@ def test_a_diagram_of_areas_is_refused() -> None:
 
 def test_without_the_extra_one_line_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizing, "find_spec", lambda name: None)
-    found = flywheel.size(flywheel.load(PRESS), accuracy="proof").proof
-    assert found is not None
-    assert found.reason == "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
-    assert "\n" not in found.reason
+    result = flywheel.size(flywheel.load(PRESS), accuracy="proof").proof
+    assert result is not None
+    assert result.reason == "python-flint, which is not installed: pip install 'flywheel-design[proof]'"
+    assert "\n" not in result.reason
 
 
 def test_a_ratio_as_it_is_written() -> None:
@@ -436,12 +436,12 @@ def test_angles_at_which_a_load_breaks_are_proven_wherever_the_search_ended(
 ) -> None:
     """An interval Newton step proves them; from angles 1e-16 rad beside them too, from angles farther off none is proven."""
     scene = {key: PRESS[key] for key in ("drive", "regime", "flywheel")} | TURNS[name]
-    found = proven(scene).figures["flywheel.exact"]
-    assert found[1] - found[0] < 1e-13 * found[1]
+    result = proven(scene).figures["flywheel.exact"]
+    assert result[1] - result[0] < 1e-13 * result[1]
     true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]["exact"]
-    assert found[0] - 1e-14 * found[1] < float(true) < found[1] * (1 + 1e-14)
+    assert result[0] - 1e-14 * result[1] < float(true) < result[1] * (1 + 1e-14)
     monkeypatch.setattr(switching, "_NEWTON_STEPS", 0)
-    assert proven(scene).figures["flywheel.exact"] == pytest.approx(found, rel=1e-14)
+    assert proven(scene).figures["flywheel.exact"] == pytest.approx(result, rel=1e-14)
     near = enclosures.zero_near
     monkeypatch.setattr(enclosures, "zero_near", lambda function, at: near(lambda x: (function(x)[0] * 0 + 1, 0 * x), at))
     assert proven(scene).reason == "an angle at which a load breaks is not proven"
@@ -476,10 +476,10 @@ def test_positions_of_a_table_are_proven_as_the_spline_through_its_rows(start: f
     rows = {"angle": [start + k for k in (0, 61, 150, 222, 360)], "value": [0, 0.11, 0.3, -0.07, 0], "angle_unit": "deg"}
     law = {"type": "law", "outputs": {"ram": {"table": rows, "mass": 7}}, "phase": "11 deg"}
     scene = PRESS | {"mechanism": law, "load": [{"on": "ram", "force": -900, "from": "310 deg", "to": "170 deg"}]}
-    found = proven(scene).figures
+    result = proven(scene).figures
     true = figures.references(Machine(json.loads(json.dumps(scene))))["flywheel"]
     for key in ("exact", "approximate_total", "inertia_torque"):
-        low, high = found[f"flywheel.{key}"]
+        low, high = result[f"flywheel.{key}"]
         assert low * (1 - 1e-16) <= true[key] <= high * (1 + 1e-16), key
         assert high - low <= 1e-14 * high, key
 
@@ -532,8 +532,8 @@ def test_the_irregularity_of_a_given_wheel_holds_what_it_was_sized_for() -> None
 def test_a_wheel_too_light_for_a_motion_is_not_proven_to_have_one() -> None:
     light = {**PRESS, "mechanism": {"type": "slider-crank", "crank": {"length": "80 mm"}, "rod": {"length": "0.3 m"}}}
     light["mechanism"]["slider"] = {"mass": "1 kg"}
-    found = proven({**light, "flywheel": {"inertia": "1 kg m²"}})
-    assert (found.figures, found.reason) == ({}, "the motion with a flywheel so light")
+    result = proven({**light, "flywheel": {"inertia": "1 kg m²"}})
+    assert (result.figures, result.reason) == ({}, "the motion with a flywheel so light")
 
 
 # -- numbers in ranges -------------------------------------------------------------------------------------------------
@@ -554,11 +554,11 @@ def test_intervals_over_ranges_hold_all_corners_and_are_little_wider(wheel: dict
     scene["load"][0]["force"] = "(-40 +/- 0.08) kN"
     ranges = {"mechanism.crank.length": (0.08, 0.00016), "load.0.force": (-40e3, 80.0)}
     ranges |= {"flywheel.inertia": (2300.0, 4.6)} if "inertia" in wheel else {}
-    found = proven(scene)
+    result = proven(scene)
     designs = list(corners(scene, ranges))
-    assert found.ranges
-    assert "for all numbers in the scene's ranges" in found.statement
-    for key, (low, high) in found.figures.items():
+    assert result.ranges
+    assert "for all numbers in the scene's ranges" in result.statement
+    for key, (low, high) in result.figures.items():
         values = [design["balance"]["value"] if key == "balance.value" else at(design, key) for design in designs]
         assert low - 1e-9 * abs(low) <= min(values), key
         assert max(values) <= high + 1e-9 * abs(high), key
@@ -574,7 +574,7 @@ def test_ranges_of_a_rotor_by_its_closed_form() -> None:
         "regime": {"speed": "10 rad/s ± 1 %"},
         "flywheel": {"irregularity": 0.1},
     }
-    found = proven(scene).figures
+    result = proven(scene).figures
     size = math.pi * (1 - 1 / 180**2) / 2
     ends = {
         "energy_fluctuation": (9.9 * size, 10.1 * math.pi / 2),
@@ -583,7 +583,7 @@ def test_ranges_of_a_rotor_by_its_closed_form() -> None:
         "reduced_inertia.max": (1.98, 2.02),
     }
     for key, (least, most) in ends.items():
-        low, high = found[key]
+        low, high = result[key]
         assert low <= least * (1 + math.copysign(1e-12, least)), key
         assert most <= high * (1 + math.copysign(1e-12, high)), key
         assert high - low < 1.2 * (most - least), key
@@ -602,9 +602,9 @@ def test_ranges_of_a_rotor_by_its_closed_form() -> None:
 def test_ranges_that_cannot_be_proven_are_refused_with_their_reason(change: dict[str, Any], reason: str) -> None:
     scene = copy.deepcopy(PRESS) | change
     scene["mechanism"]["slider"]["mass"] = "60 kg ± 1 %"
-    found = proven(scene)
-    assert (found.figures, found.ranges) == ({}, True)
-    assert reason in found.reason
+    result = proven(scene)
+    assert (result.figures, result.ranges) == ({}, True)
+    assert reason in result.reason
 
 
 @pytest.mark.parametrize(
@@ -634,10 +634,10 @@ def test_both_parts_of_a_range_have_one_dimension() -> None:
 def test_a_range_has_a_remark_and_its_interval_in_the_summary(language: str) -> None:
     scene = copy.deepcopy(PRESS)
     scene["mechanism"]["crank"]["length"] = "80 ± 0.16 mm"
-    found = flywheel.size(flywheel.load(scene), accuracy="proof")
-    assert any("80 mm" in remark.defect for remark in found.scene.remarks)
+    result = flywheel.size(flywheel.load(scene), accuracy="proof")
+    assert any("80 mm" in remark.defect for remark in result.scene.remarks)
     with use(language):
-        sentences = " ".join(summary.text(found).split())
+        sentences = " ".join(summary.text(result).split())
     assert {"en": "exact flywheel from", "es": "volante exacto de"}[language] in sentences
 
 
@@ -669,9 +669,9 @@ def quadratic(total: Any, drive: Any) -> tuple[Any, Any]:
 
 
 def sized(scene: dict[str, Any]) -> Any:
-    found = flywheel.size(flywheel.load({**QUADRATIC, **scene}), accuracy="proof")
-    assert found.proof is not None
-    return found.proof
+    result = flywheel.size(flywheel.load({**QUADRATIC, **scene}), accuracy="proof")
+    assert result.proof is not None
+    return result.proof
 
 
 def holds(ends: tuple[float, float], true: Any) -> bool:
@@ -679,13 +679,13 @@ def holds(ends: tuple[float, float], true: Any) -> bool:
 
 
 def test_a_motion_with_torques_of_speed_has_the_speeds_of_its_closed_form() -> None:
-    found = sized({"drive": {"torque": 50}, "flywheel": {"inertia": 3}}).figures
+    result = sized({"drive": {"torque": 50}, "flywheel": {"inertia": 3}}).figures
     with mp.workdps(40):
         fast, slow = quadratic(5, 50)
-        assert holds(found["simulation.speed_max"], fast)
-        assert holds(found["simulation.speed_min"], slow)
-        assert holds(found["speed"], (fast + slow) / 2)
-        assert holds(found["simulation.irregularity"], 2 * (fast - slow) / (fast + slow))
+        assert holds(result["simulation.speed_max"], fast)
+        assert holds(result["simulation.speed_min"], slow)
+        assert holds(result["speed"], (fast + slow) / 2)
+        assert holds(result["simulation.irregularity"], 2 * (fast - slow) / (fast + slow))
 
 
 def test_a_flywheel_with_torques_of_speed_is_that_of_the_closed_form() -> None:
@@ -703,30 +703,30 @@ def test_a_flywheel_with_torques_of_speed_is_that_of_the_closed_form() -> None:
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_balance_beside_torques_of_speed_is_that_of_the_closed_form(sign: int) -> None:
     law = {"load": [*QUADRATIC["load"], {"on": "crank", "torque": f"{sign}*u"}], "parameters": {"u": "balance"}}
-    found = sized({**law, "regime": {"speed": 10}, "flywheel": {"irregularity": "2 %"}}).figures
+    result = sized({**law, "regime": {"speed": 10}, "flywheel": {"irregularity": "2 %"}}).figures
 
     def off(total: Any, drive: Any) -> Any:
         fast, slow = quadratic(total, drive)
         return 2 * (fast - slow) / (fast + slow) - mp.mpf("0.02"), (fast + slow) / 2 - 10
 
     with mp.workdps(40):
-        near = found["flywheel.exact"][0] + 2, sign * found["balance.value"][0]
+        near = result["flywheel.exact"][0] + 2, sign * result["balance.value"][0]
         total, drive = mp.findroot(off, near)
-        assert holds(found["flywheel.exact"], total - 2)
-        assert holds(found["balance.value"], sign * drive)
+        assert holds(result["flywheel.exact"], total - 2)
+        assert holds(result["balance.value"], sign * drive)
 
 
 @pytest.mark.parametrize("wheel", [{"irregularity": "2 %"}, {"irregularity": 0.9}, {"inertia": 3}])
 @pytest.mark.parametrize("language", ["en", "es"])
 def test_a_proven_motion_is_told_in_every_form(wheel: dict[str, Any], language: str, tmp_path: Path) -> None:
     scene = flywheel.load({**QUADRATIC, "drive": {"torque": 50}, "flywheel": wheel})
-    found = flywheel.size(scene, accuracy="proof")
+    result = flywheel.size(scene, accuracy="proof")
     with use(language):
-        told = summary.text(found)
-    assert ("Proven for" if language == "en" else "Demostrado para") in " ".join(told.split())
-    assert found.proof is not None
-    assert set(found.as_dict()["proof"]["figures"]) == set(found.proof.figures)
-    assert all(name in listing.text(found) for name in found.proof.figures)
+        output = summary.text(result)
+    assert ("Proven for" if language == "en" else "Demostrado para") in " ".join(output.split())
+    assert result.proof is not None
+    assert set(result.as_dict()["proof"]["figures"]) == set(result.proof.figures)
+    assert all(name in listing.text(result) for name in result.proof.figures)
 
 
 @pytest.mark.parametrize(("order", "cells"), [(3, 12), (5, 12), (5, 24), (9, 6)])
@@ -757,16 +757,16 @@ def test_a_periodic_solution_lies_within_its_reach_of_coarse_polynomials(order: 
 
 
 def test_a_machine_even_enough_without_a_flywheel_is_proven_to_need_none() -> None:
-    found = sized({"drive": {"torque": 50}, "flywheel": {"irregularity": 0.9}}).figures
-    assert found["flywheel.exact"][0] <= 0.0 <= found["flywheel.exact"][1] < 1e-300
-    assert found["simulation.irregularity"][1] < 0.9
+    result = sized({"drive": {"torque": 50}, "flywheel": {"irregularity": 0.9}}).figures
+    assert result["flywheel.exact"][0] <= 0.0 <= result["flywheel.exact"][1] < 1e-300
+    assert result["simulation.irregularity"][1] < 0.9
 
 
 def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
     rising = {"load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "0.5*omega**2"}]}
     scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
-    found = proof.proven(scene, proof.NearMotion(3.0, 0.0, 10.0, 0.1))
-    assert (found.figures, found.reason) == ({}, "a steady motion that is stable")
+    result = proof.proven(scene, proof.NearMotion(3.0, 0.0, 10.0, 0.1))
+    assert (result.figures, result.reason) == ({}, "a steady motion that is stable")
 
 
 def over_a_kink(drive: Any) -> tuple[Any, Any]:
@@ -809,11 +809,11 @@ KINK = {
 def test_a_motion_over_a_speed_at_which_a_torque_switches_is_that_of_its_closed_form(torque: str, known: bool) -> None:
     """Also from a motion near that says nothing of the angles at which it passes this speed."""
     scene = flywheel.load({**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) + {torque}"}]})
-    found = flywheel.size(scene, accuracy="proof").proof if known else proof.proven(scene, NEAR)
-    assert found is not None
+    result = flywheel.size(scene, accuracy="proof").proof if known else proof.proven(scene, NEAR)
+    assert result is not None
     with mp.workdps(40):
         for key, speed in zip(("speed_max", "speed_min"), over_a_kink(51), strict=True):
-            assert holds(found.figures[f"simulation.{key}"], speed), key
+            assert holds(result.figures[f"simulation.{key}"], speed), key
 
 
 @pytest.mark.parametrize(
@@ -830,10 +830,10 @@ def test_an_open_branch_has_the_hull_of_both_sides(chosen: Any) -> None:
 
 
 def test_a_motion_that_does_not_vary_is_proven_to_be_even() -> None:
-    found = sized(
+    result = sized(
         {"load": [{"on": "crank", "torque": "-0.5*omega**2"}], "drive": {"torque": 50}, "flywheel": {"inertia": 3}}
     )
-    low, high = found.figures["simulation.irregularity"]
+    low, high = result.figures["simulation.irregularity"]
     assert low <= 0.0 <= high < 1e-16
 
 
@@ -853,10 +853,10 @@ def test_figures_close_to_zero_are_as_narrow_as_all_others() -> None:
 
 def test_a_machine_without_fluctuation_is_proven_to_need_no_flywheel() -> None:
     rotor = {"inertia": [{"on": "crank", "value": 1.398}], "load": [{"on": "crank", "torque": "-8.448"}]}
-    found = proven({**rotor, "drive": {"torque": "balance"}, "regime": {"speed": 0.3}, "flywheel": {"irregularity": 0.01}})
-    low, high = found.figures["flywheel.exact"]
+    result = proven({**rotor, "drive": {"torque": "balance"}, "regime": {"speed": 0.3}, "flywheel": {"irregularity": 0.01}})
+    low, high = result.figures["flywheel.exact"]
     assert low <= 0.0 <= high < 1e-12
-    assert found.figures["balance.value"][0] <= 8.448 <= found.figures["balance.value"][1]
+    assert result.figures["balance.value"][0] <= 8.448 <= result.figures["balance.value"][1]
 
 
 def test_the_least_of_a_function_whose_minimum_is_flat_is_enclosed() -> None:
@@ -900,18 +900,18 @@ NEAR = enclosures.NearMotion(3.0, 0.0, 10.33341290682974, 0.08)
 )
 def test_a_torque_that_jumps_at_a_speed_is_proven_on_one_side_of_it_alone(torque: str, reason: str) -> None:
     scene = {**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) - 0.36*omega**2 + {torque}"}]}
-    found = proof.proven(flywheel.load(scene), NEAR)
-    assert found.reason.startswith(reason)
-    assert bool(found.figures) is not bool(reason)
+    result = proof.proven(flywheel.load(scene), NEAR)
+    assert result.reason.startswith(reason)
+    assert bool(result.figures) is not bool(reason)
 
 
 def test_a_damper_of_the_square_of_a_velocity_that_reverses_is_proven() -> None:
     scene = {**PRESS, "load": [{"on": "slider", "force": "-40*v*abs(v)"}], "drive": {"torque": "90 - 2*omega"}, "regime": {}}
-    found = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
-    assert found.proof is not None
-    low, high = found.proof.figures["speed"]
+    result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
+    assert result.proof is not None
+    low, high = result.proof.figures["speed"]
     assert high - low <= WIDEST * high
-    assert low * (1 - 1e-9) <= found.speed <= high * (1 + 1e-9)
+    assert low * (1 - 1e-9) <= result.speed <= high * (1 + 1e-9)
 
 
 def extrapolated(function: Any, start: Any, value: Any, width: Any) -> Any:
@@ -937,8 +937,8 @@ def test_a_proven_motion_is_that_of_an_extrapolation_in_34_digits() -> None:
         "drive": {"torque": "900 - 110*omega"},
         "flywheel": {"inertia": 5},
     }
-    found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
-    assert found is not None
+    result = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert result is not None
     with mp.workdps(34):
         r, rod = mp.mpf("0.08"), mp.mpf("0.3")
         steps, width = 48, 2 * mp.pi / 48
@@ -970,7 +970,7 @@ def test_a_proven_motion_is_that_of_an_extrapolation_in_34_digits() -> None:
             for step in (width, width / 2**8, width / 2**16, width / 2**24):  # the summit of a parabola, again and again
                 before, here, after = (later(near + side * step) for side in (-1, 0, 1))
                 near += step * (before - after) / (2 * (before - 2 * here + after))
-            low, high = found.figures[f"simulation.{key}"]
+            low, high = result.figures[f"simulation.{key}"]
             assert low <= later(near) <= high, key
             assert high - low < WIDEST * high, key
 
@@ -1005,7 +1005,7 @@ def test_a_motion_that_cells_however_narrow_do_not_follow_is_refused(
     monkeypatch.setattr(balls, "missed", lambda *_: balls.exact(math.inf))
     monkeypatch.setattr(enclosures, "_MOST_CELLS", 90)
     scene = LOSSY | {"shafts": {"motor": {"ratio": 12.5, "efficiency": efficiency}}}
-    found = flywheel.size(flywheel.load(scene), accuracy="proof").proof
-    assert found is not None
-    assert not found.figures
-    assert found.reason.startswith(reason)
+    result = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert result is not None
+    assert not result.figures
+    assert result.reason.startswith(reason)

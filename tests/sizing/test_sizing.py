@@ -247,12 +247,12 @@ def test_a_motor_of_an_unusual_slip_is_told_of():
 )
 def test_a_time_simulation_confirms_the_irregularity_asked_for(make):
     result = flywheel.size(flywheel.load(make()))
-    found = result.simulation
-    assert found.route == "time"
-    assert abs(found.irregularity / result.scene.irregularity - 1) <= result.error.simulation <= 1e-9
-    assert 0.5 * (found.speed_max + found.speed_min) == pytest.approx(result.speed, rel=1e-10)
-    assert abs(found.closure) < 1e-9
-    assert found.speed_time_mean == pytest.approx(result.scene.cycle / found.period, rel=1e-14)
+    outcome = result.simulation
+    assert outcome.route == "time"
+    assert abs(outcome.irregularity / result.scene.irregularity - 1) <= result.error.simulation <= 1e-9
+    assert 0.5 * (outcome.speed_max + outcome.speed_min) == pytest.approx(result.speed, rel=1e-10)
+    assert abs(outcome.closure) < 1e-9
+    assert outcome.speed_time_mean == pytest.approx(result.scene.cycle / outcome.period, rel=1e-14)
 
 
 @pytest.mark.slow
@@ -373,14 +373,14 @@ def numbers(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]
 
 def error_of(errors: dict[str, Any], path: tuple[str, ...]) -> float | None:
     """The error of a figure: under its own key, or under that of its block; flywheels and heats have theirs side by side."""
-    found: Any = errors
+    result: Any = errors
     beside = path[0] == "flywheel" or (
         path[0] == "energy" and len(path) > 1 and path[1] in errors and path[1] not in ("period", "work")
     )
     for key in path[1:] if beside else path:
-        if isinstance(found, dict):
-            found = found.get(key)
-    return found if isinstance(found, int | float) else None
+        if isinstance(result, dict):
+            result = result.get(key)
+    return result if isinstance(result, int | float) else None
 
 
 def without_error(result: dict[str, Any]) -> set[str]:
@@ -432,11 +432,11 @@ ANALYSES = [(name, inertia) for name, case in regimes.CASES.items() for inertia 
 def test_figures_of_motions_are_off_by_no_more_than_they_say(name: str, inertia: float) -> None:
     true = regimes.figures(name)["analysis"][f"{inertia:g}"]
     result = sized_estimate(regimes.scene(name, inertia=inertia), simulate=False)
-    found = {key: result[key] for key in ("speed", "power", "multiplier")}
-    errors = {key: result["error"][key] for key in found}
+    outcome = {key: result[key] for key in ("speed", "power", "multiplier")}
+    errors = {key: result["error"][key] for key in outcome}
     for key, value in (("period", "period"), ("work", "drive_work")):
-        found[value], errors[value] = result["energy"] and result["energy"][key], result["error"]["energy"]
-    for key, value in found.items():
+        outcome[value], errors[value] = result["energy"] and result["energy"][key], result["error"]["energy"]
+    for key, value in outcome.items():
         if value is None or true.get(key) is None:
             continue
         scale = 1.0 if key == "multiplier" else abs(float(true[key]))
@@ -450,8 +450,8 @@ def figures(result: dict[str, Any], exchanged: float) -> dict[str, tuple[float, 
     """Figures and the scales of their errors."""
     wheel, works = result["flywheel"], ("accumulated_max", "accumulated_min", "energy_fluctuation")
     names = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
-    found = {name: (wheel[name], wheel["approximate_total"]) for name in names}
-    return found | {name: (result[name], exchanged) for name in works}
+    outcome = {name: (wheel[name], wheel["approximate_total"]) for name in names}
+    return outcome | {name: (result[name], exchanged) for name in works}
 
 
 MACHINES = {
@@ -475,24 +475,24 @@ def test_what_a_cycle_leaves_over_may_belong_anywhere(name: str, place: str, sha
     scene = MACHINES[name]
     balanced = flywheel.size(flywheel.load(scene), simulate=False)
     left = share * balanced.cycle.exchanged
-    found = sized_estimate(
+    result = sized_estimate(
         scene | {"drive": {"torque": balanced.balance.value + left / (2 * np.pi)}, "accuracy": {"closure": 0.05}},
         simulate=False,
     )
     true = sized_estimate(scene | {"load": [*scene["load"], {"on": "crank", **PLACED[place](-left)}]}, simulate=False)
     assert true["reached"]
-    assert not found["reached"]
-    assert any("left over" in message for message in found["messages"])
+    assert not result["reached"]
+    assert any("left over" in message for message in result["messages"])
     scale = balanced.cycle.exchanged + abs(left)
     closed = figures(true, scale)
-    for key, (value, size) in figures(found, scale).items():
-        assert abs(value - closed[key][0]) <= found["error"][key] * max(abs(value), size) + 1e-12 * size, key
-        assert found["error"][key] <= 60 * abs(share), key
+    for key, (value, size) in figures(result, scale).items():
+        assert abs(value - closed[key][0]) <= result["error"][key] * max(abs(value), size) + 1e-12 * size, key
+        assert result["error"][key] <= 60 * abs(share), key
     for key in ("angle_speed_max", "angle_speed_min"):
-        gap = abs(found[key] - true[key])
-        assert min(gap, found["cycle"] - gap) <= found["error"][key], key
-    work = found["power"] * found["cycle"] / found["speed"]
-    assert abs(left) <= found["error"]["power"] * abs(work) * (1 + 1e-9)  # the drive's, if it is that which is off
+        gap = abs(result[key] - true[key])
+        assert min(gap, result["cycle"] - gap) <= result["error"][key], key
+    work = result["power"] * result["cycle"] / result["speed"]
+    assert abs(left) <= result["error"]["power"] * abs(work) * (1 + 1e-9)  # the drive's, if it is that which is off
 
 
 @pytest.mark.parametrize("accuracy", ["normal", "confirm", "audit"])
@@ -500,27 +500,27 @@ def test_an_analysis_of_a_cycle_that_does_not_close(accuracy: str) -> None:
     scene = scenes.yoke(flywheel={"inertia": 300})
     balanced = flywheel.size(flywheel.load(scene), accuracy="normal")
     torque = balanced.balance.value * 1.01
-    found = flywheel.size(
+    result = flywheel.size(
         flywheel.load(scene | {"drive": {"torque": torque}, "accuracy": {"closure": 0.05}}), accuracy=accuracy
     )
-    assert not found.reached
+    assert not result.reached
     for name in ("irregularity", "speed_max", "speed_min", "period"):
-        value, true = getattr(found.simulation, name), getattr(balanced.simulation, name)
-        assert value is None or abs(value / true - 1) <= found.error.simulation
-    assert found.error.simulation <= 0.1
+        value, true = getattr(result.simulation, name), getattr(balanced.simulation, name)
+        assert value is None or abs(value / true - 1) <= result.error.simulation
+    assert result.error.simulation <= 0.1
 
 
 @pytest.mark.parametrize("left", [0.5, 0.05, -0.4])
 def test_areas_that_do_not_add_up_to_nothing(left: float) -> None:
     """Whichever area the rest belongs to, the flywheel is no further off than told."""
     areas = [10.0, -6.0, 4.0, -8.0 + left]
-    asked = {"regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
-    found = flywheel.size(flywheel.load({"areas": {"values": areas}, **asked}))
-    assert not found.reached
-    assert "left over" in found.messages[0]
+    request = {"regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
+    result = flywheel.size(flywheel.load({"areas": {"values": areas}, **request}))
+    assert not result.reached
+    assert "left over" in result.messages[0]
     for k in range(4):
         mended = [area - left * (j == k) for j, area in enumerate(areas)]
-        true = flywheel.size(flywheel.load({"areas": {"values": mended}, **asked}))
+        true = flywheel.size(flywheel.load({"areas": {"values": mended}, **request}))
         assert true.reached
-        assert abs(found.flywheel.exact / true.flywheel.exact - 1) <= found.error.exact * 1.1
-    assert found.error.exact <= 2 * abs(left) / 10
+        assert abs(result.flywheel.exact / true.flywheel.exact - 1) <= result.error.exact * 1.1
+    assert result.error.exact <= 2 * abs(left) / 10

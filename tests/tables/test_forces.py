@@ -108,9 +108,9 @@ def test_rounding_is_nought_in_the_text_and_stays_in_the_data() -> None:
 def test_csv_has_the_library_s_figures() -> None:
     result = run("reactions", PUMP, "--csv", "--points", "8")
     rows = list(csv.DictReader(io.StringIO(result.stdout)))
-    found = joint_forces(flywheel.load(PUMP), np.arange(8) * np.pi / 4)
-    forces = found.mechanisms["linkage"]
-    assert [float(row["omega [rad/s]"]) for row in rows] == found.motion.omega.tolist()
+    outcome = joint_forces(flywheel.load(PUMP), np.arange(8) * np.pi / 4)
+    forces = outcome.mechanisms["linkage"]
+    assert [float(row["omega [rad/s]"]) for row in rows] == outcome.motion.omega.tolist()
     assert [float(row["linkage.cylinder.normal [N]"]) for row in rows] == forces.components["cylinder"]["normal"].tolist()
     assert [float(row["linkage.main.drive [N m]"]) for row in rows] == forces.action.tolist()
 
@@ -221,8 +221,8 @@ def lines(sizing: Sizing) -> str:
 
 
 def row(text: str, name: str) -> list[float]:
-    found = next(line for line in text.splitlines() if line.strip().startswith(name))
-    return [float(cell) for cell in found.replace(name, "").split()]
+    result = next(line for line in text.splitlines() if line.strip().startswith(name))
+    return [float(cell) for cell in result.replace(name, "").split()]
 
 
 def test_a_balanced_drive_evens_out_with_the_flywheel() -> None:
@@ -315,10 +315,10 @@ def test_a_motor_whose_torque_is_within_its_rating_may_have_too_much_heat() -> N
 def test_more_flywheel_cures_what_it_is_said_to_cure() -> None:
     heavy = sized(press("2.6 kW", "1300 rpm", {"inertia": 50.0}, 1.6))
     text = " ".join(lines(sized(press("2.6 kW", "1300 rpm", {"inertia": 0.09}, 1.6))).split())
-    told = re.search(r"at a constant speed it would be ([0-9.]+) %", text)
-    assert told is not None
+    output = re.search(r"at a constant speed it would be ([0-9.]+) %", text)
+    assert output is not None
     assert heavy.energy is not None
-    assert float(told[1]) == pytest.approx(100 * (heavy.energy.rotor_heat_share or 0.0), rel=5e-3)
+    assert float(output[1]) == pytest.approx(100 * (heavy.energy.rotor_heat_share or 0.0), rel=5e-3)
     assert "within its rating" in " ".join(lines(heavy).split())
 
 
@@ -395,9 +395,9 @@ def test_a_motor_with_a_relief_valve_gives_no_less_where_the_valve_is_open() -> 
     motor |= {"volumetric_efficiency": 0.91, "mechanical_efficiency": 0.93}
     load = {"on": "crank", "torque": "-520 N m", "from": 0, "to": "90 deg"}
     sizing = sized({"load": [load], "drive": {"motor": motor}, "flywheel": {"irregularity": 0.3}})
-    (told,) = figures.warnings(sizing, sizing.scene.motor)
-    assert "the flywheel gives the rest of the load" in told
-    assert "gives less" not in told
+    (output,) = figures.warnings(sizing, sizing.scene.motor)
+    assert "the flywheel gives the rest of the load" in output
+    assert "gives less" not in output
 
 
 # What `flywheel reduce` writes of machines whose torques depend on speed or time, and what it says of them.
@@ -460,13 +460,13 @@ def columns_of(text):
 
 def test_positions_stand_beside_the_influence_coefficients():
     """The source's read-out of the clamp at 190 mm: theta2, theta3, theta6 and the platen."""
-    found = columns_of(reduced(flywheel.load(REDUCTION_CLAMP), [0.19])[0])
-    assert found["position toggle-clamp.bell_crank [rad]"] == pytest.approx([2.83967308], abs=1e-8)
-    assert found["position toggle-clamp.coupler [rad]"] == pytest.approx([1.89155612], abs=1e-8)
-    assert found["position toggle-clamp.platen [m]"] == pytest.approx([0.48], abs=2e-9)
-    assert found["position toggle-clamp.rod.com.x [m]"] == pytest.approx([0.35], abs=2e-9)
+    result = columns_of(reduced(flywheel.load(REDUCTION_CLAMP), [0.19])[0])
+    assert result["position toggle-clamp.bell_crank [rad]"] == pytest.approx([2.83967308], abs=1e-8)
+    assert result["position toggle-clamp.coupler [rad]"] == pytest.approx([1.89155612], abs=1e-8)
+    assert result["position toggle-clamp.platen [m]"] == pytest.approx([0.48], abs=2e-9)
+    assert result["position toggle-clamp.rod.com.x [m]"] == pytest.approx([0.35], abs=2e-9)
     data = json.loads(reduced(flywheel.load(REDUCTION_CLAMP), [0.19], as_json=True)[0])
-    assert data["positions"]["toggle-clamp.platen"] == found["position toggle-clamp.platen [m]"]
+    assert data["positions"]["toggle-clamp.platen"] == result["position toggle-clamp.platen [m]"]
     assert set(data["errors"]["positions"]) == set(data["positions"])
     assert 0.0 < data["errors"]["positions"]["toggle-clamp.platen"][0] < 1e-13
 
@@ -482,19 +482,19 @@ def test_the_acceleration_of_a_point_on_a_pivot_is_told_in_all_and_by_its_parts(
     """-1.3169 m/s² along its circle of 110 mm, 0.0638 towards the pivot; x and y from the angle, its rate and slope."""
     for at, rates in (([0.19], {}), ([0.05], {"stroke": {"from": -0.06, "to": 0.19, "speed": 0.5, "acceleration": 3.0}})):
         scene = flywheel.load(tomllib.loads(REDUCTION_CLAMP.read_text(encoding="utf-8")) | rates)
-        found = columns_of(reduced(scene, at)[0])
+        result = columns_of(reduced(scene, at)[0])
         data = json.loads(reduced(scene, at, as_json=True)[0])
-        alpha, omega = (found[f"{kind} toggle-clamp.bell_crank [rad/s{of}]"][0] for kind, of in (("a", "^2"), ("v", "")))
-        angle = found["position toggle-clamp.bell_crank [rad]"][0] + 0.30199 + math.pi
+        alpha, omega = (result[f"{kind} toggle-clamp.bell_crank [rad/s{of}]"][0] for kind, of in (("a", "^2"), ("v", "")))
+        angle = result["position toggle-clamp.bell_crank [rad]"][0] + 0.30199 + math.pi
         x = -0.11 * (alpha * math.sin(angle) + omega**2 * math.cos(angle))
         y = 0.11 * (alpha * math.cos(angle) - omega**2 * math.sin(angle))
         true = {"": math.hypot(x, y), ".tangential": 0.11 * alpha, ".normal": 0.11 * omega**2, ".x": x, ".y": y}
         for part, value in true.items():
             name = f"toggle-clamp.bell_crank.com{part}"
-            assert found[f"a {name} [m/s^2]"][0] == pytest.approx(value, rel=1e-12)
-            assert data["accelerations"][name] == found[f"a {name} [m/s^2]"]
+            assert result[f"a {name} [m/s^2]"][0] == pytest.approx(value, rel=1e-12)
+            assert data["accelerations"][name] == result[f"a {name} [m/s^2]"]
             assert abs(data["accelerations"][name][0] - value) <= data["errors"]["accelerations"][name][0] < 1e-11
-    assert data["gains"]["toggle-clamp.bell_crank.com"][0] == found["g toggle-clamp.bell_crank.com [1]"][0]
+    assert data["gains"]["toggle-clamp.bell_crank.com"][0] == result["g toggle-clamp.bell_crank.com [1]"][0]
 
 
 # A comparison as text: question, reference, table, what is missing, what follows.
@@ -509,8 +509,8 @@ def line(found, start):
 
 
 def test_the_question_and_its_reference_come_first():
-    told = lines_of(whole())
-    assert told[:3] == [
+    output = lines_of(whole())
+    assert output[:3] == [
         "Rotor",
         "Accuracy against time: the exact flywheel, to a relative error of 1e-06",
         "  reference  2 kg m², with an error of 1.0e-14 (relative)",
@@ -520,10 +520,10 @@ def test_the_question_and_its_reference_come_first():
 
 
 def test_an_analysis_has_no_unit_and_no_scale():
-    told = tradeoff_text(compared(figure="irregularity", unit="", scale=0.0, title=None))
-    assert told.startswith("Accuracy against time: the irregularity")
-    assert "  reference  2, with an error" in told
-    assert "Errors are relative" not in told
+    output = tradeoff_text(compared(figure="irregularity", unit="", scale=0.0, title=None))
+    assert output.startswith("Accuracy against time: the irregularity")
+    assert "  reference  2, with an error" in output
+    assert "Errors are relative" not in output
 
 
 def test_a_line_of_the_table_has_all_that_was_measured():
@@ -538,25 +538,25 @@ def test_errors_below_the_doubt_are_told_as_that():
 
 
 def test_the_cheapest_and_its_equals_are_marked():
-    found = whole()
-    assert line(found, "rtol 1e-06").endswith("cheapest")
-    assert line(found, "rtol 0.001").endswith("level")
-    assert not line(found, "36 angles").endswith(("cheapest", "level", "promised"))
-    promised = compared(*found.rows, cheapest=found.rows[0].name, cheapest_promised=found.cheapest)
+    result = whole()
+    assert line(result, "rtol 1e-06").endswith("cheapest")
+    assert line(result, "rtol 0.001").endswith("level")
+    assert not line(result, "36 angles").endswith(("cheapest", "level", "promised"))
+    promised = compared(*result.rows, cheapest=result.rows[0].name, cheapest_promised=result.cheapest)
     assert line(promised, "rtol 1e-06").endswith("promised")
 
 
 def test_without_a_cheapest_there_is_no_ratio():
-    found = compared(tradeoff_row("plain grid", "36 angles", 0.1))
-    header = next(each for each in lines_of(found) if "time, ms" in each)
+    result = compared(tradeoff_row("plain grid", "36 angles", 0.1))
+    header = next(each for each in lines_of(result) if "time, ms" in each)
     assert "ratio" not in header
     assert header.split() == ["error", "keeps", "time,", "ms", "positions", "runs"]
-    assert line(found, "36 angles").split()[2:] == ["1.0e-01", "no", "1", "100", "7"]
+    assert line(result, "36 angles").split()[2:] == ["1.0e-01", "no", "1", "100", "7"]
 
 
 def test_families_stand_together_in_order():
-    told = [each.strip() for each in lines_of(whole())]
-    heads = [own for own in told if own in {entry.family for entry in whole().rows}]
+    output = [each.strip() for each in lines_of(whole())]
+    heads = [own for own in output if own in {entry.family for entry in whole().rows}]
     assert heads == ["plain grid", "exact, closed form", "time stepping, Euler", "time stepping, RK4"]
     fixed = [own.name for own in ordered(whole().rows) if "RK4" in own.name]
     assert fixed == ["time stepping, RK4, 36 steps, restarted", "time stepping, RK4, 36 steps"]
@@ -567,10 +567,10 @@ def test_families_stand_together_in_order():
 
 
 def test_those_without_an_answer_are_told_with_the_reason():
-    told = lines_of(whole())
-    assert "  not run (the budget was spent): time stepping, Euler, without restart" in told
-    assert "  no answer (the machine stops): Lagrange's multipliers" in told
-    assert "  not for this scene: whole bond graph: it takes no springs" in told
+    output = lines_of(whole())
+    assert "  not run (the budget was spent): time stepping, Euler, without restart" in output
+    assert "  no answer (the machine stops): Lagrange's multipliers" in output
+    assert "  not for this scene: whole bond graph: it takes no springs" in output
 
 
 def test_one_reason_is_told_once():
@@ -578,33 +578,33 @@ def test_one_reason_is_told_once():
     rows += [tradeoff_row("time stepping, RK45", f"rtol {rtol:g}, restarted", None) for rtol in (1e-6, 1e-9)]
     rows += [tradeoff_row("time stepping, RK45", "rtol 1e-06")]
     rows += [tradeoff_row("plain grid", f"{n} angles", None if n == 36 else 0.1) for n in (36, 360)]
-    told = tradeoff_text(compared(*rows))
-    assert told.count("not run") == 1
-    assert "not run: plain grid (36 angles); time stepping, RK4; time stepping, RK45, restarted\n" in told
+    output = tradeoff_text(compared(*rows))
+    assert output.count("not run") == 1
+    assert "not run: plain grid (36 angles); time stepping, RK4; time stepping, RK45, restarted\n" in output
 
 
 def test_what_methods_leave_out_is_told_once():
-    told = lines_of(whole())
-    assert "  accumulated areas: that I* varies over the cycle" in told
-    assert "  plain grid: angles between" in told
-    assert "  time stepping, Euler, RK4, without restart: jumps within steps" in told
+    output = lines_of(whole())
+    assert "  accumulated areas: that I* varies over the cycle" in output
+    assert "  plain grid: angles between" in output
+    assert "  time stepping, Euler, RK4, without restart: jumps within steps" in output
 
 
 @pytest.mark.parametrize("changes", [{}, {"interrupted": True}])
 def test_a_table_that_is_not_whole_says_so_in_its_last_line(changes):
-    found = compared(tradeoff_row("plain grid", "36 angles"), tradeoff_row("collocation", "", None), budget=30.0, **changes)
+    result = compared(tradeoff_row("plain grid", "36 angles"), tradeoff_row("collocation", "", None), budget=30.0, **changes)
     wanted = {
         False: "INCOMPLETE: 1 of 2 methods were run to completion within 30 s; --budget 60 runs more.",
         True: "INCOMPLETE: interrupted; 1 of 2 methods were run to completion.",
-    }[found.interrupted]
-    assert lines_of(found)[-1] == wanted
-    assert unfinished(found) == [wanted]
+    }[result.interrupted]
+    assert lines_of(result)[-1] == wanted
+    assert unfinished(result) == [wanted]
 
 
 def test_nothing_finished_is_a_text_too():
-    told = tradeoff_text(compared(tradeoff_row("plain grid", "36 angles", None), interrupted=True))
-    assert "No method that was run keeps" in told
-    assert "time, ms" not in told
+    output = tradeoff_text(compared(tradeoff_row("plain grid", "36 angles", None), interrupted=True))
+    assert "No method that was run keeps" in output
+    assert "time, ms" not in output
 
 
 def test_the_width_is_kept():
@@ -614,7 +614,7 @@ def test_the_width_is_kept():
 
 
 @pytest.mark.parametrize(
-    ("value", "decimals", "told"),
+    ("value", "decimals", "message"),
     [
         (0.0123456, 3, "0.012"),
         (0.123456, 3, "0.123"),
@@ -624,5 +624,5 @@ def test_the_width_is_kept():
         (3e-5, 2, "0.00003"),
     ],
 )
-def test_numbers_without_exponents(value, decimals, told):
-    assert plain(value, decimals) == told
+def test_numbers_without_exponents(value, decimals, message):
+    assert plain(value, decimals) == message

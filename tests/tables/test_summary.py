@@ -49,7 +49,7 @@ def sized(speed="60 rpm", eps=0.04, **more):
 
 
 def block(sizing, name, units="si"):
-    return next(found for found in summary.summary(sizing, units) if found.name == name)
+    return next(result for result in summary.summary(sizing, units) if result.name == name)
 
 
 def test_the_flywheels_stand_beside_one_another_with_what_each_gives():
@@ -74,8 +74,8 @@ def test_a_shortcut_that_is_too_small_is_the_dangerous_side(speed, eps, says):
 
 def test_no_flywheel_is_asked_of_a_machine_whose_own_inertia_suffices():
     heavy = sized(inertia=[{"on": "crank", "value": 400.0}])
-    (told,) = block(heavy, "flywheel").sentences
-    assert told == "No flywheel is needed: the machine's own inertia suffices and gives 0.035360."
+    (output,) = block(heavy, "flywheel").sentences
+    assert output == "No flywheel is needed: the machine's own inertia suffices and gives 0.035360."
 
 
 def test_what_is_not_confirmed_or_not_reached_is_said():
@@ -91,9 +91,9 @@ def test_what_is_not_confirmed_or_not_reached_is_said():
 def test_a_flywheel_that_keeps_the_limit_where_lighter_ones_are_unknown_is_an_upper_bound():
     known = sized()
     bound = replace(known, error=known.error._replace(exact=1.0), run=known.run._replace(irregularity=0.03))
-    found = block(bound, "flywheel")
-    assert found.table[0][1:3] == ("≤ 353.52", "≤ 1414.1")
-    assert found.sentences == ("This flywheel keeps the irregularity. Whether a lighter one does is unknown.",)
+    result = block(bound, "flywheel")
+    assert result.table[0][1:3] == ("≤ 353.52", "≤ 1414.1")
+    assert result.sentences == ("This flywheel keeps the irregularity. Whether a lighter one does is unknown.",)
     assert block(replace(known, error=bound.error), "flywheel").table[0][1:3] == ("?", "?")
     assert "≤ 353.521" in scene_report.text(bound)
     assert "too small" not in scene_report.text(bound)
@@ -108,9 +108,9 @@ def test_power_has_the_same_sign_in_every_unit():
 
 def test_units_of_the_united_states_are_those_of_the_same_figures():
     sizing = sized()
-    found = block(sizing, "flywheel", "us")
-    assert found.header[1] == "WR², lb ft²"
-    assert float(found.table[0][1]) == pytest.approx(sizing.flywheel.exact / (0.45359237 * 0.3048**2), rel=1e-4)
+    result = block(sizing, "flywheel", "us")
+    assert result.header[1] == "WR², lb ft²"
+    assert float(result.table[0][1]) == pytest.approx(sizing.flywheel.exact / (0.45359237 * 0.3048**2), rel=1e-4)
     text = summary.text(sizing, "us")
     assert not re.search(r"\d (mm|kg|N m|kW|MPa|J)\b", text)
     torque = sizing.balance.value / (4.4482216152605 * 0.3048)
@@ -159,9 +159,9 @@ def test_a_long_machine_is_counted_and_not_cut():
 
 
 def test_the_data_are_plain():
-    found = [part.as_dict() for part in summary.summary(sized())]
-    assert found[2]["table"][0][0] == "exact (Wittenbauer)"
-    assert found[1]["rows"][0] == {
+    result = [part.as_dict() for part in summary.summary(sized())]
+    assert result[2]["table"][0][0] == "exact (Wittenbauer)"
+    assert result[1]["rows"][0] == {
         "label": "mechanism",
         "value": "scotch-yoke: crank 500 mm; yoke 20 kg",
         "unit": "",
@@ -247,30 +247,30 @@ def said(explanation, part):
 
 
 def test_loads_of_position_are_named_with_the_closed_form():
-    found = explain(scenes.press(spring=[{"on": "press.slider", "stiffness": 100, "rest": "0.3 m"}]))
-    assert "Wittenbauer's closed form" in found.formulation
-    assert "6 cells of 21 nodes" in found.formulation
-    assert found.because == ("on position alone: load[0].force, drive.torque (balance), spring[0], gravity",)
-    assert not said(found, "springs")
-    assert said(found, "dampers")
-    assert said(found, "2 breakpoints inside the cycle, from load[0].force 2")
-    assert said(found, "6 cells at first, which sufficed")
+    result = explain(scenes.press(spring=[{"on": "press.slider", "stiffness": 100, "rest": "0.3 m"}]))
+    assert "Wittenbauer's closed form" in result.formulation
+    assert "6 cells of 21 nodes" in result.formulation
+    assert result.because == ("on position alone: load[0].force, drive.torque (balance), spring[0], gravity",)
+    assert not said(result, "springs")
+    assert said(result, "dampers")
+    assert said(result, "2 breakpoints inside the cycle, from load[0].force 2")
+    assert said(result, "6 cells at first, which sufficed")
 
 
 def test_a_damper_and_a_law_of_speed_ask_for_collocation():
-    found = explain(regimes.scene("pump", irregularity=0.05))
-    assert "periodic collocation" in found.formulation
-    assert f"{found.sizing.cyclic.steps} Newton steps" in found.formulation
-    assert found.because[0] == "on speed: load[1].torque, damper[0]"
-    assert found.because[1] == "on position alone: load[0].force, drive.torque (balance)"
-    assert not said(found, "Newton's method for the motion")
+    result = explain(regimes.scene("pump", irregularity=0.05))
+    assert "periodic collocation" in result.formulation
+    assert f"{result.sizing.cyclic.steps} Newton steps" in result.formulation
+    assert result.because[0] == "on speed: load[1].torque, damper[0]"
+    assert result.because[1] == "on position alone: load[0].force, drive.torque (balance)"
+    assert not said(result, "Newton's method for the motion")
 
 
 def test_losses_and_currents_are_named_by_their_paths():
     assert "shafts.motor.efficiency" in explain(regimes.scene("geared-loss", inertia=0.05)).because[1]
-    found = explain(regimes.scene("dc-inductance", inertia=0.1))
-    assert found.because[-1] == "on a current of its own: drive.motor.inductance"
-    assert not said(found, "current as a state of its own")
+    result = explain(regimes.scene("dc-inductance", inertia=0.1))
+    assert result.because[-1] == "on a current of its own: drive.motor.inductance"
+    assert not said(result, "current as a state of its own")
     plain = dict(regimes.DC["drive"]["motor"])
     del plain["inductance"]
     quick = regimes.scene("dc-inductance", inertia=0.1) | {"drive": {"on": "motor", "motor": plain}}
@@ -283,8 +283,8 @@ def test_laws_that_switch_at_a_speed_are_named():
 
 
 def test_bodies_without_mass_are_named_and_are_not_in_the_graph():
-    found = explain(scenes.yoke())
-    assert said(found, "bodies without mass or inertia: scotch-yoke.crank, scotch-yoke.block")
+    result = explain(scenes.yoke())
+    assert said(result, "bodies without mass or inertia: scotch-yoke.crank, scotch-yoke.block")
     heavy = explain(
         scenes.yoke(
             mechanism={
@@ -296,38 +296,38 @@ def test_bodies_without_mass_are_named_and_are_not_in_the_graph():
         )
     )
     assert not said(heavy, "bodies without")
-    parts = {element.part for element in found.sizing.machine.graph.elements.values() if element.kind == "I"}
+    parts = {element.part for element in result.sizing.machine.graph.elements.values() if element.kind == "I"}
     assert parts == {"scotch-yoke.yoke"}
 
 
 def test_a_constant_inertia_makes_the_areas_exact_and_that_is_said():
-    found = explain(scenes.rotor(inertia=[{"on": "crank", "value": 2}]))
-    assert said(found, "a varying inertia: I* is 2 kg m²")
-    assert said(found, "it vanishes with a constant I*")
-    wheel = found.sizing.flywheel
+    result = explain(scenes.rotor(inertia=[{"on": "crank", "value": 2}]))
+    assert said(result, "a varying inertia: I* is 2 kg m²")
+    assert said(result, "it vanishes with a constant I*")
+    wheel = result.sizing.flywheel
     assert wheel.exact == pytest.approx(wheel.approximate, rel=1e-12)
     assert not said(explain(scenes.press()), "a varying inertia")
     assert said(explain(scenes.rotor()), "it has none")
 
 
 def test_halved_cells_are_told_with_the_narrowest():
-    found = explain(FOLDER / "scenes" / "shaper-near-change.toml", rtol=1e-12)
-    edges = found.sizing.cycle.mesh.edges
-    first = found.sizing.machine.mesh.size
+    result = explain(FOLDER / "scenes" / "shaper-near-change.toml", rtol=1e-12)
+    edges = result.sizing.cycle.mesh.edges
+    first = result.sizing.machine.mesh.size
     assert edges.size > first
-    assert said(found, f"{first - 1} cells at first, {edges.size - first} more")
-    assert said(found, "the narrowest cell goes from")
+    assert said(result, f"{first - 1} cells at first, {edges.size - first} more")
+    assert said(result, "the narrowest cell goes from")
 
 
 def test_breakpoints_are_told_by_where_they_come_from():
     assert said(explain(scenes.shaper()), "2 breakpoints inside the cycle, from load[0].force 2")  # its ram turns back
-    found = explain(FOLDER / "scenes" / "near-lock-offset.toml")
-    machine = found.sizing.machine
+    result = explain(FOLDER / "scenes" / "near-lock-offset.toml")
+    machine = result.sizing.machine
     inside = machine.breakpoints.size - 2
     assert machine.broken_by["slider-crank"] == 7  # where the rod nearly stands across
     assert all(0 < count <= inside for count in machine.broken_by.values())
     assert sum(machine.broken_by.values()) >= inside
-    assert said(found, f"{inside} breakpoints inside the cycle, from slider-crank 7, load[0].force")
+    assert said(result, f"{inside} breakpoints inside the cycle, from slider-crank 7, load[0].force")
 
 
 @pytest.mark.parametrize(
@@ -335,11 +335,11 @@ def test_breakpoints_are_told_by_where_they_come_from():
     [("normal", "not found a second time"), ("confirm", "other cells"), ("audit", "stepped in time")],
 )
 def test_each_level_tells_its_own_motion(level, part):
-    found = explain(scenes.yoke(), level, 1e-4)
-    assert part in found.motion
-    assert said(found, "time stepping") == (level != "audit")
-    simulation = found.sizing.cost.stages["simulation"].evaluations
-    assert (f"with {simulation} evaluations" in found.motion) == (level in ("confirm", "audit"))
+    result = explain(scenes.yoke(), level, 1e-4)
+    assert part in result.motion
+    assert said(result, "time stepping") == (level != "audit")
+    simulation = result.sizing.cost.stages["simulation"].evaluations
+    assert (f"with {simulation} evaluations" in result.motion) == (level in ("confirm", "audit"))
 
 
 @pytest.mark.parametrize("level", ["confirm", "audit"])
@@ -352,9 +352,9 @@ def test_both_cycles_of_a_sizing_are_told(level):
 
 def test_the_motion_of_an_analysis_is_the_one_that_gave_its_figures():
     assert "closed form" in explain(scenes.yoke(flywheel={"inertia": 400})).motion
-    found = explain(regimes.scene("pump", inertia=5))
-    assert found.sizing.simulation.route == "quadrature"
-    assert found.motion.startswith("that of the collocation on the cells of the figures")
+    result = explain(regimes.scene("pump", inertia=5))
+    assert result.sizing.simulation.route == "quadrature"
+    assert result.motion.startswith("that of the collocation on the cells of the figures")
 
 
 @pytest.mark.slow
@@ -365,28 +365,28 @@ def test_implicit_steps_are_told():
 
 
 def test_the_cost_is_told_as_measured():
-    found = explain(scenes.yoke(), "confirm", 1e-4)
-    cost, text = found.sizing.cost, found.text()
-    assert found.as_dict()["cost"] == cost.as_dict()
-    told = [line.split() for line in text[text.index("Cost, without") :].splitlines()]
-    assert ["the", "whole", str(cost.evaluations)] in [row[:3] for row in told]
-    assert [row[:2] for row in told[3:5]] == [[name, str(stage.evaluations)] for name, stage in cost.stages.items()]
+    result = explain(scenes.yoke(), "confirm", 1e-4)
+    cost, text = result.sizing.cost, result.text()
+    assert result.as_dict()["cost"] == cost.as_dict()
+    output = [line.split() for line in text[text.index("Cost, without") :].splitlines()]
+    assert ["the", "whole", str(cost.evaluations)] in [row[:3] for row in output]
+    assert [row[:2] for row in output[3:5]] == [[name, str(stage.evaluations)] for name, stage in cost.stages.items()]
     assert "flywheel tradeoff measures" in text
 
 
 def test_a_diagram_of_areas_has_little_to_explain():
     areas = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}}
-    found = explain(areas | {"flywheel": {"irregularity": 0.02}})
-    assert "diagram" in found.formulation
-    assert found.because == ("the scene gives the areas themselves: areas.values",)
-    assert found.forced == ()
-    assert found.sizing.cost.evaluations == 0
-    assert "Additional work" not in found.text()
+    result = explain(areas | {"flywheel": {"irregularity": 0.02}})
+    assert "diagram" in result.formulation
+    assert result.because == ("the scene gives the areas themselves: areas.values",)
+    assert result.forced == ()
+    assert result.sizing.cost.evaluations == 0
+    assert "Additional work" not in result.text()
 
 
 def test_the_blocks_of_an_explanation():
-    told = explain(scenes.yoke()).text()
-    titles = [line for line in told.splitlines() if line and not line.startswith(" ")]
+    output = explain(scenes.yoke()).text()
+    titles = [line for line in output.splitlines() if line and not line.startswith(" ")]
     assert titles == [
         "Method of solution (normal)",
         "What the torques depend on",
@@ -394,7 +394,7 @@ def test_the_blocks_of_an_explanation():
         "Additional work beyond that of a smooth machine",
         "Cost, without the loading of libraries",
     ]
-    assert told.endswith("\n")
+    assert output.endswith("\n")
 
 
 def test_an_explanation_of_a_sizing_at_hand_runs_nothing_again():
@@ -415,16 +415,16 @@ def report(scene, level="normal", **options):
     ],
 )
 def test_the_last_line_tells_what_was_left_out(level, last):
-    told = report(scenes.rotor(), level)
-    assert told.endswith(last)
-    assert f"({level})" in told
+    output = report(scenes.rotor(), level)
+    assert output.endswith(last)
+    assert f"({level})" in output
 
 
 def test_a_diagram_of_areas_is_whole_at_every_level():
     areas = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}}
-    told = {report(areas | {"flywheel": {"irregularity": 0.02}}, level) for level in ("normal", "audit")}
-    assert len(told) == 1
-    assert told.pop().endswith("solved completely at every level of accuracy.")
+    output = {report(areas | {"flywheel": {"irregularity": 0.02}}, level) for level in ("normal", "audit")}
+    assert len(output) == 1
+    assert output.pop().endswith("solved completely at every level of accuracy.")
 
 
 def test_the_collocation_is_named():
@@ -554,9 +554,9 @@ def test_a_load_with_the_wrong_sign_makes_the_drive_brake():
 def test_a_rim_that_would_burst():
     wheel = 'irregularity = 0.04\nshape = "disc"\nmaterial = "alloy steel"\nouter_radius = "5 m"\n'
     text = PRESS.format(**GOOD | {"speed": '"900 rpm"'}).replace("irregularity = 0.04\n", wheel)
-    found = scene_report.remarks(flywheel.size(parse_scene(text), accuracy="normal"))
-    assert [remark.path for remark in found] == ["flywheel"]
-    assert "its rim runs at 48" in found[0].defect
+    result = scene_report.remarks(flywheel.size(parse_scene(text), accuracy="normal"))
+    assert [remark.path for remark in result] == ["flywheel"]
+    assert "its rim runs at 48" in result[0].defect
 
 
 @pytest.mark.parametrize("path", sample(sorted(ROOT.glob("examples/**/*.toml")), 3), ids=lambda path: path.stem)
