@@ -150,23 +150,27 @@ def on_cut_cells(
 
 def _some(solved: Any, which: Index, moments: Any) -> Periodic:
     """Rows of several motions, with their machines."""
-    rate, sensitivity = solved.rate, solved.sensitivity
-    moment, by_speed, by_unknown, by_inertia, exchanged, *transmitted = (
-        each[which] for each in (*rate[:4], rate.exchanged, *rate.transmitted)
-    )
-    by_states = rate.by_states[:, which]
+    sensitivity = solved.sensitivity
     some: Periodic = solved._replace(
         moments=moments,
         reference=np.asarray(solved.reference)[which],
         state=State(*(each[which] for each in solved.state)),
         extremes=SpeedExtremes(*(each[which] for each in solved.extremes)),
-        rate=Rate(moment, by_speed, by_unknown, by_inertia, by_states, exchanged, tuple(transmitted)),
+        rate=_rate_of(solved.rate, which),
         omega=solved.omega[which],
         multiplier=solved.multiplier[which],
         damping=solved.damping[which],
         sensitivity=None if sensitivity is None else Sensitivity(*(each[which] for each in sensitivity)),
     )
     return some
+
+
+def _rate_of(rate: Rate, which: Any) -> Rate:
+    """The rate of one of several motions, or of some."""
+    moment, by_speed, by_unknown, by_inertia, exchanged, *transmitted = (
+        each[which] for each in (*rate[:4], rate.exchanged, *rate.transmitted)
+    )
+    return Rate(moment, by_speed, by_unknown, by_inertia, rate.by_states[:, which], exchanged, tuple(transmitted))
 
 
 def decided(moments: Any, solved: Periodic) -> tuple[list[Deciding], Array]:
@@ -259,14 +263,13 @@ class LighterMotions(NamedTuple):
     def of(self, row: int) -> Periodic:
         """One of the motions by itself."""
         solved: Any = self.solved
-        state, rate = solved.state, solved.rate
-        rates: list[Any] = [each[:, row] if each is rate.by_states else each[row] for each in rate[:-1]]
+        state = solved.state
         return Periodic(
             moments=moments_on(solved.moments.machine, solved.moments.mesh.edges[row]),
             reference=float(solved.reference[row]),
             state=State(state.nodes[row], state.edges[row], float(state.inertia[row]), float(state.unknown[row])),
             extremes=SpeedExtremes(*(each[row] for each in solved.extremes)),
-            rate=Rate(*rates)._replace(transmitted=tuple(each[row] for each in rate.transmitted)),
+            rate=_rate_of(solved.rate, row),
             omega=solved.omega[row],
             multiplier=float(solved.multiplier[row]),
             damping=float(solved.damping[row]),
