@@ -24,6 +24,7 @@ from bondgraph.recording import Conditions, Recorder
 from flywheel.components.wheel_stresses import WheelAsked
 from flywheel.components.wheels import Wheel
 from flywheel.designs import batch, motions
+from flywheel.designs.motions import LIMITED
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import Structure, UnrecordableError, UnrecordedError, kept_mask, recorded
 from flywheel.numerics import cells
@@ -85,9 +86,6 @@ FIGURES = {
 """Figures of a design by their names; nan where a scene has none of a kind."""
 OF_WHEEL = tuple(name for name, figure in FIGURES.items() if figure.error == "wheel")
 """Those of the wheel as built."""
-
-LIMITED = "limits."
-"""Before the name of a figure that is limited, over its limit."""
 
 TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
 """Ways in which a design is sized: with many at once, so and refined, one by one; refused; or not yet."""

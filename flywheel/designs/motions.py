@@ -68,7 +68,7 @@ _AT_ONCE = 20_000  # values at nodes for several speeds: arrays of them stay in 
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
 _FEW = slice(0, ORDER, 5)  # nodes that give the sign of a net work
 _FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
-_LIMITED = "limits."  # before the name of a figure that is limited
+LIMITED = "limits."  # before the name of a figure that is limited
 _QUESTIONS = 400  # flywheels that are looked at together
 _BESIDE = 1e-3  # of an inertia: distance of the motion that tells how figures change with it
 _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond these a motion is refused or open
@@ -508,7 +508,7 @@ def _limited(
     at, beside = (solved(which[rows], each, each) for each in (inertia, inertia * (1.0 + _BESIDE)))
     stands = at.success & beside.success
     if stands.any():
-        along = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(_LIMITED)}
+        along = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(LIMITED)}
         moved = {name: np.abs(beside.values[name] - value) / _BESIDE * error for name, value in along.items()}
         scales = {
             name: 1.0 if name.startswith("angle") else np.maximum(np.abs(value), 1e-300) for name, value in along.items()
@@ -520,7 +520,7 @@ def _limited(
     if sized.success.any():  # where the irregularity decides
         same = np.flatnonzero(sized.success & (kept[0] == sized.values["exact"]))
         for table, rows_of in ((values, sized.values), (errors, sized.errors)):
-            table.put(same, {name: row[same] for name, row in rows_of.items() if not name.startswith(_LIMITED)})
+            table.put(same, {name: row[same] for name, row in rows_of.items() if not name.startswith(LIMITED)})
         missed[same] = sized.missed[same]
     return Solutions(values.rows, errors.rows, missed, np.isfinite(missed))
 
@@ -529,7 +529,7 @@ def _point(solutions: Solutions, row: int, inertia: float, names: Iterable[str])
     """A flywheel (kg m² on the crank) with the figures along its motion, if one was found."""
     if not solutions.success[row]:
         return FlywheelPoint(inertia, Existence.UNKNOWN)
-    columns = {name: f"{_LIMITED}{name}" for name in names}
+    columns = {name: f"{LIMITED}{name}" for name in names}
     values, errors = solutions.values, solutions.errors
     along = {name: Share(float(values[key][row]), float(errors[key][row])) for name, key in columns.items()}
     return FlywheelPoint(inertia, Existence.MOTION, (row,), along)
@@ -717,7 +717,7 @@ def _of_motion(
         run = Run(*figures)._replace(speed=speed, level=own.level)
         motor, ratio = moments.machine.scene.motor, 1.0 if givens.drive is None else givens.drive
         for name, share in shares(names, MotorShafts(motor, ratio, run, solved)).items():
-            values[f"{_LIMITED}{name}"], errors[f"{_LIMITED}{name}"] = share
+            values[f"{LIMITED}{name}"], errors[f"{LIMITED}{name}"] = share
     if givens.drive is not None:
         _add_power(moments, solved, cycle, values, errors, givens, errors["speed"] + 0.5 * eps * irregularity)
 

@@ -21,7 +21,6 @@ from flywheel.designs.figures import (
     ALONE,
     ENGINES,
     FIGURES,
-    LIMITED,
     MISSING,
     OF_WHEEL,
     Batch,
@@ -30,6 +29,7 @@ from flywheel.designs.figures import (
     sized,
     wheel_figures,
 )
+from flywheel.designs.motions import LIMITED
 from flywheel.machine.machine import Machine, circuit_of, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING

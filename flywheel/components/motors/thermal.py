@@ -200,14 +200,15 @@ def greatest_rise(data: Thermal, half: Array, slowness: Array, shares: Array) ->
     """
     clock = cells.antiderivative(cells.fit(slowness), half[:, None])
     begin = cells.accumulated(clock)
+    to_nodes, none = cells.basis(cells.NODES, clock.shape[-1]).T, np.zeros((half.size, 1, 0, cells.ORDER))
     rises, edges, error = np.zeros_like(shares), np.zeros(half.size + 1), 0.0
     for rise, constant, _ in data.bodies:
         decay = slowness / constant
         heating = cells.fit(rise * shares * decay)
         gained = cells.antiderivative(heating, half[:, None])
-        at_nodes = gained @ cells.basis(cells.NODES, gained.shape[-1]).T
-        none = np.zeros((half.size, 1, 0, cells.ORDER))
-        motion = cells.changes(half, -decay[:, None, None], none, at_nodes[:, None], cells.ends(gained)[:, None, 1])
+        motion = cells.changes(
+            half, -decay[:, None, None], none, (gained @ to_nodes)[:, None], cells.ends(gained)[:, None, 1]
+        )
         first = motion.edge_rest[-1, 0] / -motion.edge_start[-1, 0, 0]
         rises += motion.start[:, 0, :, 0] * first + motion.rest[:, 0]
         edges += (1.0 + motion.edge_start[:, 0, 0]) * first + motion.edge_rest[:, 0]
