@@ -16,7 +16,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from queue import Empty, Queue
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, BrowserType, Locator, LocatorAssertions, Page
+    from playwright.sync_api import Browser, BrowserContext, BrowserType, Locator, LocatorAssertions, Page, Route
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -157,6 +157,9 @@ def served(scene: Path, *options: str) -> Iterator[Served]:
 # -- a page ------------------------------------------------------------------------------------------------------------
 
 
+_BEYOND = re.compile(r"^(?!(?:about|blob|data|file):|http://127\.0\.0\.1:)")
+
+
 class Watched:
     """Requests of pages of a context beyond this machine, and their errors."""
 
@@ -164,19 +167,17 @@ class Watched:
         self.left, self.complaints = list[str](), list[str]()
         self.expected = list[str]()
 
-    def watch(self, context: BrowserContext, allowed: Iterable[str] = ("127.0.0.1",)) -> None:
-        """Record every request to another host, which is stopped, and every error that is told on the console."""
-        hosts = tuple(allowed)
+    def watch(self, context: BrowserContext) -> None:
+        """Record every request to another host, which is stopped, and every error that is told on the console.
 
-        def passed(route: Any) -> None:
-            address = urlsplit(route.request.url)
-            if address.scheme in ("blob", "data", "about", "file") or address.hostname in hosts:
-                route.continue_()
-                return
+        What stays on this machine does not pass through here: the page may give such a request up at any time.
+        """
+
+        def stopped(route: Route) -> None:
             self.left.append(route.request.url)
             route.abort()
 
-        context.route("**/*", passed)
+        context.route(_BEYOND, stopped)
         context.on("console", lambda message: self.complain(message.type, message.text))
         context.on("weberror", lambda error: self.complain("error", str(error.error)))
 
