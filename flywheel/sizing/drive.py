@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -231,18 +231,34 @@ def harmonics(sizing: Sizing, period: float, natural: float, damping: float, ine
     return tuple(rows)
 
 
-_WITHIN = np.linspace(-1.0, 1.0, 129)  # of a cell
+_POINTS = 65  # in a cell, and again about the greatest and the ends of its stretch
+_ZOOMS = 3
 _FLAT = 1e-9  # of the largest value: by which a figure is lower away from where it is greatest
 
 
-def place_of_greatest(mesh: Cells, values: Array) -> tuple[float, float]:
-    """The angle (rad) at which a figure, given at the nodes, is greatest, and its error; the first on a flat stretch."""
-    fine = (cells.fit(values) @ cells.basis(_WITHIN, cells.ORDER).T).ravel()
-    angles = (mesh.middle + mesh.half * _WITHIN).ravel()
-    k, size = int(np.argmax(fine)), float(np.abs(fine).max())
-    lower = np.flatnonzero(fine < fine[k] - _FLAT * size)
-    first, last = lower[lower < k].max(initial=0), lower[lower > k].min(initial=fine.size - 1)
-    return float(angles[min(first + 1, k)]), float(angles[last] - angles[first])
+class Place(NamedTuple):
+    """The crank's angle at which a figure is greatest, the first on a flat stretch, and the stretch that holds it (rad)."""
+
+    angle: float
+    start: float
+    end: float
+
+
+def place_of_greatest(mesh: Cells, values: Array) -> Place:
+    """The place at which a figure, given at the nodes of cells, is greatest."""
+    series = cells.fit(values)
+    angles = (mesh.middle + mesh.half * np.linspace(-1.0, 1.0, _POINTS)).ravel()
+    for _ in range(_ZOOMS):
+        cell, t = cells.located(mesh, angles)
+        fine = cells.value(series[cell], t)
+        k, size = int(np.argmax(fine)), float(np.abs(fine).max())
+        lower = np.array([-1, *np.flatnonzero(fine < fine[k] - _FLAT * size), fine.size])
+        begins, ends = lower[lower < k].max() + 1, lower[lower > k].min() - 1
+        first, last = max(begins - 1, 0), min(ends + 1, fine.size - 1)
+        place = Place(*angles[[begins, first, last]].tolist())
+        pairs = angles[[first, max(k - 1, 0), ends]], angles[[begins, min(k + 1, fine.size - 1), last]]
+        angles = np.sort(np.linspace(*pairs, _POINTS), axis=None)
+    return place
 
 
 def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
@@ -272,11 +288,11 @@ def inverter_load(shaft: MotorShaft) -> InverterLoad | None:
     if motor.current_share(np.zeros(1)) is not None:
         _, current, errors["current"] = shaft.extremes(shaft.current_law)
         if current > inverter.overcurrent + errors["current"]:
-            at, _ = place_of_greatest(mesh, shaft.current_law(mesh, omega)[0])
-            trips.append(Trip("overcurrent", current, inverter.overcurrent, at))
+            place = place_of_greatest(mesh, shaft.current_law(mesh, omega)[0])
+            trips.append(Trip("overcurrent", current, inverter.overcurrent, place.angle))
     if -least > (returned := inverter.limits[1])[1] + off:
-        at, _ = place_of_greatest(mesh, -power(mesh, omega)[0])
-        trips.append(Trip(returned[0], -least, returned[1], at))
+        place = place_of_greatest(mesh, -power(mesh, omega)[0])
+        trips.append(Trip(returned[0], -least, returned[1], place.angle))
     return InverterLoad(mean, most, least, current, tuple(trips), errors)
 
 
@@ -307,9 +323,13 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
     rms, limit = math.sqrt(max(square, 0.0)), float(motor.continuous(mean))
     _, most, of_share = shaft.extremes(share)
     mesh = shaft.cycle.mesh
-    at, of_at = place_of_greatest(mesh, share(mesh, shaft.omega(mesh))[0])
-    cell, t = cells.located(shaft.cycle.mesh, np.array([at]))
-    there = shaft.ratio * float(cells.value(cells.fit(shaft.omega(mesh))[cell], t)[0])
+    omega = shaft.omega(mesh)
+    place = place_of_greatest(mesh, share(mesh, omega)[0])
+    cell, t = cells.located(mesh, np.array([place.angle, *np.linspace(place.start, place.end, _POINTS)]))
+    speeds = shaft.ratio * cells.value(cells.fit(omega)[cell], t)
+    torques, of_speed = np.asarray(motor.torque(speeds)), shaft.ratio * float(shaft.speed_error(omega).max())
+    there, peak = float(speeds[0]), float(torques[0])
+    of_torque = float(np.abs(motor.slope_at(speeds)).max()) * of_speed
     off = 0.5 * of_square / max(rms, math.sqrt(of_square), 1e-300)
     bend = abs(float(motor.continuous(mean * (1.0 + SPEED_STEP))) - limit) / (SPEED_STEP * mean)
     errors = {
@@ -318,7 +338,9 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
         "continuous_torque": bend * of_mean / limit,
     }
     errors |= {"continuous_share": (off + rms * bend * of_mean / limit) / limit, "peak_share": min(of_share, 1.0)}
-    errors["peak_angle"] = of_at
+    errors["peak_angle"] = place.end - place.start
+    errors["peak_speed"] = (float(np.abs(speeds - there).max()) + of_speed) / there
+    errors["peak_torque"] = (float(np.abs(torques - peak).max()) + of_torque) / max(abs(peak), 1e-300)
     ratio = None
     if motor.inertia:
         series = shaft.cycle.series[2] @ cells.basis(cells.NODES, cells.ORDER).T  # I* at the nodes, kg m²
@@ -326,8 +348,7 @@ def servo_load(shaft: MotorShaft) -> ServoLoad | None:
         driven = shaft.run.inertia + float(cells.integral(series, mesh.half).sum()) / span
         ratio = driven / shaft.ratio**2 / motor.inertia - 1.0
         errors["inertia_ratio"] = (shaft.cycle.errors.inertia / driven + 8 * ROUNDING) * (1.0 + 1.0 / max(ratio, 1e-300))
-    peak = float(motor.torque(there))
-    return ServoLoad(mean, rms, limit, rms / limit, peak, there, at, most, ratio, errors)
+    return ServoLoad(mean, rms, limit, rms / limit, peak, there, place.angle, most, ratio, errors)
 
 
 def share_of_peak(motor: Motor, omega: Array) -> Array:

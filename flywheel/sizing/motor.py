@@ -121,7 +121,11 @@ class MotorShaft:
         return self.mean_over_time(square)
 
     def extremes(self, law: Law) -> tuple[Any, Any, Any]:
-        """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`."""
+        """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`.
+
+        Where a law bends at a speed, cells end at that speed but for the motion's error: past it the interpolant goes on
+        straight, which its tails do not show. The law itself at the ends of cells does.
+        """
 
         def evaluated(mesh: Cells) -> tuple[tuple[Any, Any, Any], Any, Coarse]:
             omega = self.omega(mesh)
@@ -135,6 +139,9 @@ class MotorShaft:
             # cells that hold neither extreme need not be fine
             near = (most + tails >= high - tail) | (least - tails <= low + tail)
             worst = np.where(near, tails, 0.0).max(axis=-1)
+            if not self.has_states:
+                at_ends, _ = law(mesh, cells.ends(cells.fit(omega)))
+                off = off + np.where(near, np.abs(at_ends - cells.ends(series)).max(axis=-1), 0.0).max(axis=-1)
             figures = cells.number(low[..., 0]), cells.number(high[..., 0]), cells.number(worst + off)
             return figures, (worst + off) / size, lambda share: near & (tails > share * worst)
 

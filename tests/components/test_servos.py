@@ -101,8 +101,28 @@ def test_a_cycle_is_that_of_the_equation_of_motion(load, peak, corner, asked, in
     at = run.t[int(np.argmax(np.array(shares) >= (1.0 if servo.at_peak else max(shares))))]
     assert servo.peak_angle == pytest.approx(at, abs=0.03)
     assert servo.peak_speed == pytest.approx(5 * float(np.interp(servo.peak_angle, run.t, run.y[0])), rel=1e-4)
+    if not servo.at_peak:  # its place is one angle, at which torque and speed are those of the equation of motion
+        fine = np.linspace(servo.peak_angle - 0.01, servo.peak_angle + 0.01, 20001)
+        dense = solve_ivp(rates, (0, fine[-1]), run.y[:, 0], "DOP853", fine, rtol=1e-11, atol=1e-12, max_step=0.02).y[0]
+        shares = [abs(hand(5 * w, peak, corner, asked)) / limit(5 * w, peak, corner) for w in dense]
+        k = int(np.argmax(shares))
+        assert abs(servo.peak_angle - fine[k]) <= servo.errors["peak_angle"] + 1e-6 < 1e-3
+        assert abs(servo.peak_speed / (5 * dense[k]) - 1) <= servo.errors["peak_speed"] + 1e-9 < 1e-6
+        torque = hand(5 * dense[k], peak, corner, asked)
+        assert abs(servo.peak_torque / torque - 1) <= servo.errors["peak_torque"] + 1e-9 < 1e-6
     assert servo.inertia_ratio == pytest.approx(inertia / 25 / 8e-4, rel=1e-12)
     assert any("hard to damp" in line for line in result.messages) == (servo.inertia_ratio > 10)
+
+
+def test_the_share_of_the_peak_curve_is_within_its_error_where_the_law_bends_steeply():
+    """The law is cut off at 1; the cell beside the bend goes on straight, 57 times as steep as the speed."""
+    for rtol in (1e-6, 1e-9, 1e-11):
+        servo = flywheel.size(scene(60, 14, 3000, 2200, 0.2), rtol).servo
+        assert abs(servo.peak_share - 1) <= servo.errors["peak_share"] <= 1e-7
+        assert servo.at_peak
+        assert servo.peak_angle == 0.0  # on the whole of a flat stretch that begins there
+        stretch = servo.errors["peak_angle"]
+        assert 0.19 < stretch < 0.2
 
 
 PHASES = """
