@@ -447,29 +447,74 @@ def kept(scene: Scene, machine: Machine, cycle: Cycle) -> dict[str, float]:
     return result
 
 
-def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float, float], float]) -> tuple[float, float, Any]:
-    """Rms torque (N m) and mean heat (W) of the drive over a cycle, and its greatest torque and power, by amount."""
+class Along(NamedTuple):
+    """A value along a cycle: its mean and its root of the mean square over time, its greatest and its least."""
+
+    mean: float
+    rms: float
+    greatest: float
+    least: float
+
+    @property
+    def size(self) -> float:
+        """The greatest amount."""
+        return max(abs(self.greatest), abs(self.least))
+
+
+def along(cycle: Cycle, values: Callable[[float, Piece], Any]) -> list[Along]:
+    """Values along a cycle, given at a time on a piece of it."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
-    ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
-
-    def pair(at: float, p: Piece) -> Any:
-        y = p.states(at).tolist()
-        torque = machine.torques(at, y, machine.bodies(y[0]), p.mode)[-1]
-        return np.array([torque, torque * ratio * y[1], ratio * y[1]])
-
-    square, heat, rows = 0.0, 0.0, []
+    whole, rows = 0.0, []
     for p in cycle.course.pieces:
         half = 0.5 * (p.end - p.start)
-        result = np.array([pair(at, p) for at in (p.start, *(p.start + half * (1 + nodes)), p.end)])
-        square += half * float(weights @ result[1:-1, 0] ** 2)
-        heat += half * sum(w * heats(t, s) for w, (t, _, s) in zip(weights, result[1:-1].tolist(), strict=True))
-        rows.append((np.abs(result).max(axis=0), p))
-    greatest = []
-    for k in (0, 1):
-        tops = sorted(rows, key=lambda row, k=k: -row[0][k])[:3]
-        sought = (minimize_scalar(lambda at, p=p, k=k: -abs(pair(at, p)[k]), bounds=(p.start, p.end)).fun for _, p in tops)
-        greatest.append(max(float(tops[0][0][k]), *(-float(top) for top in sought)))
-    return math.sqrt(square / cycle.period), heat / cycle.period, greatest
+        times = np.array([p.start, *(p.start + half * (1 + nodes)), p.end])
+        result = np.array([values(at, p) for at in times.tolist()])
+        inner = result[1:-1]
+        whole = whole + half * (weights @ np.stack((inner, inner**2), axis=1).reshape(len(nodes), -1))
+        rows.append((result, times, p))
+    means, squares = np.reshape(whole, (2, -1)) / cycle.period
+
+    def greatest(k: int, sign: int) -> float:
+        tops = sorted(rows, key=lambda row: -(sign * row[0][:, k]).max())[:3]
+        result = float((sign * tops[0][0][:, k]).max())
+        for seen, times, p in tops:
+            top = int(np.argmax(sign * seen[:, k]))
+            bounds = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
+            if bounds[1] > bounds[0]:
+                run = minimize_scalar(lambda at, p=p: -sign * values(at, p)[k], bounds=bounds, method="bounded")
+                result = max(result, -float(run.fun))
+        return result
+
+    ends = [(greatest(k, 1), -greatest(k, -1)) for k in range(means.size)]
+    return [Along(*row) for row in zip(means.tolist(), np.sqrt(squares).tolist(), *zip(*ends, strict=True), strict=True)]
+
+
+def driven(scene: Scene, machine: Machine, cycle: Cycle, heats: Callable[[float, float], float]) -> tuple[float, float, Any]:
+    """Rms torque (N m) and mean heat (W) of the drive over a cycle, and its greatest torque and power, by amount."""
+    ratio = machine.speeds[machine.index[scene["drive"].get("on", "crank")]]
+
+    def values(at: float, p: Piece) -> Any:
+        y = p.states(at).tolist()
+        torque = machine.torques(at, y, machine.bodies(y[0]), p.mode)[-1]
+        return np.array([torque, torque * ratio * y[1], heats(torque, ratio * y[1])])
+
+    torque, power, heat = along(cycle, values)
+    return torque.rms, heat.mean, (torque.size, power.size)
+
+
+def streamed(machine: Machine, cycle: Cycle) -> tuple[dict[str, Along], dict[str, tuple[Along, Along]]]:
+    """The power of every effort (W), and the torque on its own side (N m) and power that each shaft's mesh brings it."""
+
+    def values(at: float, p: Piece) -> Any:
+        y = p.states(at).tolist()
+        _, torques, needs = machine.acceleration(at, y, p.mode)
+        powers = [t * machine.speeds[e.shaft] * y[1] for t, e in zip(torques, machine.efforts, strict=True)]
+        return np.array([*powers, *needs, *(t * k * y[1] for t, k in zip(needs, machine.speeds, strict=True))])
+
+    rows, many = along(cycle, values), len(machine.efforts)
+    efforts = {e.name: row for e, row in zip(machine.efforts, rows, strict=False)}
+    torques, powers = rows[many : many + len(machine.shafts)], rows[many + len(machine.shafts) :]
+    return efforts, {name: (torques[k], powers[k]) for name, k in machine.index.items()}
 
 
 def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
@@ -498,9 +543,36 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     ]
     if plain_slip:
         rows.append(("heat of the rotor", output["rotor_heat"], heat, max(heat, scale)))
-    said = 10 * max(figures["error"]["energy"] or 0.0, FLOOR)
-    off = [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in rows if abs(one - true) > said * size]
+    of_energy, of_flow = (10 * max(figures["error"][name] or 0.0, FLOOR) for name in ("energy", "power_flow"))
+    off = [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in rows if abs(one - true) > of_energy * size]
+    flows = _flows(flow, machine, cycle, max(scale, flow["scale"]), steep)
+    off += [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in flows if abs(one - true) > of_flow * size]
     return ", ".join(off)
+
+
+def _flows(
+    flow: Any, machine: Machine, cycle: Cycle, scale: float, steep: float
+) -> Iterator[tuple[str, float, float, float]]:
+    """Figures of the power through meshes, and of loads, with the true ones and what their errors are relative to."""
+    efforts, meshes = streamed(machine, cycle)
+    for shaft in flow["shafts"]:
+        if shaft["on"] is None:
+            continue
+        name, slowest = shaft["shaft"], abs(machine.speeds[machine.index[shaft["shaft"]]]) * cycle.bottom
+        for kind, size, true in zip(("torque", "power"), (scale / slowest, scale), meshes[name], strict=True):
+            of_size = max(size, true.size) + steep * size / scale
+            yield f"mean {kind} of {name}", abs(shaft[f"{kind}_mean"]), abs(true.mean), of_size
+            yield f"rms {kind} of {name}", shaft[f"{kind}_rms"], true.rms, of_size
+            yield f"greatest {kind} of {name}", abs(shaft[f"{kind}_greatest"]), true.size, of_size
+    for stream in flow["streams"]:
+        true = efforts.get(stream["name"])
+        if true is None or stream["kind"] not in ("load", "drive", "drag", "resistance"):
+            continue
+        outwards = stream["to"].startswith("shafts.")
+        high, low = (true.greatest, true.least) if outwards else (-true.least, -true.greatest)
+        of_size = max(scale, true.size) + steep
+        yield f"greatest of {stream['name']}", stream["greatest"], high, of_size
+        yield f"least of {stream['name']}", stream["least"], low, of_size
 
 
 def plate(row: Scene) -> tuple[float, float, float, float, float]:
