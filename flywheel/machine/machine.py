@@ -28,7 +28,7 @@ from flywheel.machine.loads import Effort, EffortPlace, FrictionCurve, Senses, c
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
 from flywheel.numerics import notebook
-from flywheel.numerics.cells import middles
+from flywheel.numerics.cells import merged, middles
 from flywheel.numerics.expressions import BOOLEAN, Expression, walk
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
@@ -39,6 +39,7 @@ from flywheel.numerics.switching import (
     Enclosures,
     SwitchingError,
     Values,
+    branching,
     breakpoints,
     resolved,
     roots_in_pieces,
@@ -48,7 +49,7 @@ from flywheel.scene.scene import TURN, Mechanism, Scene, Table
 if TYPE_CHECKING:
     from flywheel.components.motors.motor import Circuit
 
-__all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage", "merged"]
+__all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage"]
 
 Array = NDArray[np.float64]
 Angles = TypeVar("Angles")
@@ -370,7 +371,8 @@ class Machine:
     def switches(self) -> Array:
         """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
         own = (angle for _, angle in self._own_breakpoints(switching=True))
-        return self._mark("switches", lambda: self._with_switches((0.0, self.scene.cycle, *own)))
+        ends = (0.0, self.scene.cycle)
+        return self._mark("switches", lambda: self._with_switches((*ends, *own, *self.breakpoints[self._branching])))
 
     def _with_switches(self, edges: Iterable[float]) -> Array:
         return merged([*edges, *(angle for _, angle in self._switch_angles(self._unswitched))], self.scene.cycle)
@@ -379,7 +381,17 @@ class Machine:
     def switches_at_ends(self) -> bool:
         """True if a law switches at the beginning of the cycle, and so at its end."""
         near, switches = _END * self.scene.cycle, self._own_breakpoints(switching=True)
-        return self.scene.stroke is None and any(angle <= near or angle >= self.scene.cycle - near for _, angle in switches)
+        at_ends = any(angle <= near or angle >= self.scene.cycle - near for _, angle in switches)
+        return self.scene.stroke is None and bool(at_ends or self._branching[0])
+
+    @property
+    def _branching(self) -> NDArray[np.bool_]:
+        """Tests at which breakpoints a branch of a load's expression changes, also where a cell ends for resolution."""
+        edges, changes = self.breakpoints, np.zeros(self.breakpoints.size, dtype=bool)
+        for effort in self.efforts:
+            if isinstance(effort.load.law, Expression):
+                changes |= branching(effort.load.law, edges, self._environment(effort)[1])
+        return changes
 
     @cached_property
     def landmarks(self) -> Array:
@@ -820,15 +832,6 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
     middle = 0.5 * (roots[1:] + roots[:-1])
     signs = np.broadcast_to(np.sign(value(middle, middle)), middle.shape)
     return np.asarray(roots[1:-1][signs[1:] != signs[:-1]])
-
-
-def merged(angles: Iterable[float], cycle: float) -> Array:
-    """Ascending angles without those that differ only by rounding; 0 and the cycle stay exact."""
-    ascending = np.sort(np.array(list(angles)))  # np.unique would import numpy.ma
-    near = 2 * np.finfo(float).eps * cycle
-    inner = ascending[(ascending > near) & (ascending < cycle - near)]
-    apart = np.diff(inner, prepend=-1.0) > near
-    return np.concatenate(([0.0], inner[apart], [cycle]))
 
 
 def _unresolved(effort: Effort, error: SwitchingError) -> SceneError:

@@ -45,7 +45,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present
-from flywheel.numerics.switching import SwitchingError, followed, narrow
+from flywheel.numerics.switching import SwitchingError, decided_by_position, followed, narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Load, Scene, Table
 
@@ -338,9 +338,7 @@ class RecordedMachine(Machine):
 def deciders(effort: Effort) -> list[Expression]:
     """The parts of a load's law at whose zeros a branch of it changes, if position decides it."""
     law = effort.load.law
-    if not isinstance(law, Expression):
-        return []
-    return [part for part in (*law.switches(), *law.branch_points()) if not (part.uses_speed or part.uses_time)]
+    return decided_by_position(law) if isinstance(law, Expression) else []
 
 
 Index = NDArray[np.intp]

@@ -15,7 +15,7 @@ U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary V
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -109,6 +109,15 @@ def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
     cell = mesh.edges[1:-1].searchsorted(phi, side="right")
     t = (phi - mesh.middle.take(cell)) / mesh.half.take(cell)
     return cell, np.minimum(np.maximum(t, -1.0), 1.0)
+
+
+def merged(angles: Iterable[float], cycle: float) -> Array:
+    """Ascending angles without those that differ only by rounding; 0 and the cycle stay exact."""
+    ascending = np.sort(np.array(list(angles)))  # np.unique would import numpy.ma
+    near = 2 * np.finfo(float).eps * cycle
+    inner = ascending[(ascending > near) & (ascending < cycle - near)]
+    apart = np.diff(inner, prepend=-1.0) > near
+    return np.concatenate(([0.0], inner[apart], [cycle]))
 
 
 def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:

@@ -34,6 +34,7 @@ CELL_CAP = 200_000
 FINEST = 1e-9  # of the range: cells that are still open then are taken for one touching point
 _EPS = float(np.finfo(float).eps)
 _START = 32
+_ZERO = 1e-12  # of the values beside it: what counts as zero at an edge
 _JETS = jet_namespace(NAMESPACE)
 
 
@@ -228,14 +229,41 @@ def breakpoints(
     """
     start = np.array(sorted({float(a), *map(float, smooth_edges), float(b)}))
     edges = start
-    for part in (*expression.switches(), *expression.branch_points()):
-        if part.uses_speed or part.uses_time:
-            continue
+    for part in decided_by_position(expression):
         try:
             edges = _with_zeros(part, edges, env, env_value)
         except SwitchingError as error:
             raise SwitchingError(f"{part.excerpt}: {error.text}", error.near) from None
     return [float(angle) for angle in edges[_distance(edges, start) > 0]]
+
+
+def branching(expression: Expression, edges: Array, env_value: Values) -> Mask:
+    """Tests at which edges of smooth pieces, all breakpoints among them, a switch changes or is zero; the ends are one.
+
+    `breakpoints` seeks zeros between edges alone: where a piece ends for another reason too, only this tells.
+
+    >>> from flywheel.numerics.expressions import parse
+    >>> quarters = 0.5 * np.pi * np.arange(5)
+    >>> branching(parse("max(sin(phi), 0)"), quarters, lambda phi, _: {"phi": phi}).tolist()
+    [True, False, True, False, True]
+    """
+    middle, changes = 0.5 * (edges[:-1] + edges[1:]), np.zeros(edges.size, dtype=bool)
+    anchors = np.append(middle, middle[-1])
+    for part in decided_by_position(expression):
+        inside, there = (
+            np.broadcast_to(part.evaluate(env_value(phi, at), np, env_value(at, at)), phi.shape)
+            for phi, at in ((middle, middle), (edges, anchors))
+        )
+        before, after = np.append(inside[-1], inside), np.append(inside, inside[0])
+        zero = np.abs(there) <= _ZERO * np.maximum(np.abs(before), np.abs(after))
+        changes |= (np.sign(before) != np.sign(after)) | zero
+    return changes
+
+
+def decided_by_position(expression: Expression) -> list[Expression]:
+    """The switches and branch points of an expression that depend on neither speed nor time."""
+    parts = (*expression.switches(), *expression.branch_points())
+    return [part for part in parts if not (part.uses_speed or part.uses_time)]
 
 
 def _with_zeros(part: Expression, edges: Array, env: Enclosures, env_value: Values) -> Array:

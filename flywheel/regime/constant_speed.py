@@ -13,7 +13,7 @@ import numpy as np
 
 from bondgraph.numerics import root, summit, threshold
 from flywheel.machine.equation import Moments, Rate, moments_on, undefined
-from flywheel.machine.machine import Machine, merged
+from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
 from flywheel.numerics.cells import Array
@@ -392,4 +392,4 @@ def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:
         raise SceneError([Fault("load", fault, "laws that can be followed over the cycle", "make them less steep")])
     above = np.searchsorted(edges, angles).clip(1, edges.size - 1)
     distance = np.minimum(np.abs(angles - edges[above - 1]), np.abs(edges[above] - angles))
-    return merged([*edges.tolist(), *angles[distance > 1e-9 * edges[-1]].tolist()], float(edges[-1]))
+    return cells.merged([*edges.tolist(), *angles[distance > 1e-9 * edges[-1]].tolist()], float(edges[-1]))

@@ -18,7 +18,7 @@ import numpy as np
 from bondgraph.elements import Here
 from bondgraph.numerics import roots_between, threshold
 from flywheel.machine.loads import FrictionCurve
-from flywheel.machine.machine import Machine, merged
+from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
@@ -134,7 +134,7 @@ def friction_along(machine: Machine, course: Course, balance: float, bends: Sequ
 
     edges = np.array([*machine.mesh, *corners])
     more = [at for at in bends if np.abs(edges - at).min() > _LEAST_WIDTH * width]
-    mesh, values = cells.refined(merged([*edges, *more], width), evaluated, 1.0, _MOST_CELLS)
+    mesh, values = cells.refined(cells.merged([*edges, *more], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
     off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - moments(_forces(machine, probes, course, balance)))
@@ -217,5 +217,5 @@ def _corners(machine: Machine, course: Course, balance: float) -> Array:
         return np.where(first * ends < 0.0, there * first, np.where(sign == first, 1.0, -1.0))
 
     corners = roots_between(before, low, high, 2 * cells.ROUNDING * width)
-    places = merged([*corners, *at_edges], width)[1:-1]
+    places = cells.merged([*corners, *at_edges], width)[1:-1]
     return places[np.diff(places, prepend=-1.0) > _LEAST_WIDTH * width]

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.machine.equation import Moments, moments_on
-from flywheel.machine.machine import Machine, merged
+from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, portion
 from flywheel.numerics.cells import ROUNDING, Array
@@ -294,7 +294,7 @@ class _Search(NamedTuple):
 
     def moments(self, base: Array, cuts: Array, *, local: bool = False) -> Moments:
         """The machine on cells between edges, cut where the motion switches."""
-        edges = merged([*base.tolist(), *cuts.tolist()], float(base[-1]))
+        edges = cells.merged([*base.tolist(), *cuts.tolist()], float(base[-1]))
         return moments_on(self.machine, edges, local=local)
 
     def switches(self) -> bool:
@@ -514,7 +514,7 @@ class _Search(NamedTuple):
             while width < 0.5 * (high - low) and np.isfinite(steepest):
                 layers.append(low + width if steepest < 0.0 else high - width)
                 width *= 2.0
-        return (_without(merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base), cuts
+        return (_without(cells.merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base), cuts
 
     def narrow(self, inertia: float, unknown: float) -> Array:
         """Edges of cells as narrow as the swings of a motor's own states need; the machine's own without such states."""

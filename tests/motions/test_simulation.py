@@ -52,6 +52,62 @@ def test_the_driven_slider_crank_from_rest():
     assert motion.energy_residual < 1e-8
 
 
+NEAR_LOCK = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.1001}, "slider": {"mass": 1.0}}
+SHAPER = {"type": "crank-shaper", "crank": {"length": 0.1}, "frame": {"length": 0.1001}, "rocker": {"length": 0.3}}
+DISC = {"type": "law", "outputs": {"disc": {"theta": "phi + 0.3*sin(phi)", "inertia": 0.9}}}
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "torque", "edges"),
+    [
+        (NEAR_LOCK, "-3*max(cos(phi), 0)", [0.25, 0.75]),
+        (SHAPER | {"ram": {"mass": 1.0}}, "-3*max(sin(phi), 0)", [0.5]),
+        (SHAPER | {"ram": {"mass": 1.0}}, "-3*(phi < pi)", [0.5]),
+        (DISC, "-3*max(sin(phi), 0)", [0.5]),
+        (DISC, "-3*sin(phi) if sin(phi) > 0 else 0", [0.5]),
+        (DISC, "-3*abs(cos(phi))", [0.25, 0.75]),
+        (DISC, "-3*sqrt(1 - sin(phi))", [0.25]),
+    ],
+)
+def test_a_law_that_switches_where_a_cell_ends_for_resolution(mechanism, torque, edges):
+    """Near a lock, and for a law to be followed, cells end at quarters of a turn: the speed is that of work and energy."""
+    table = {
+        "mechanism": mechanism,
+        "inertia": [{"on": "crank", "value": 1.0}],
+        "load": [{"on": "crank", "torque": torque}],
+        "drive": {"torque": 5.0},
+        "flywheel": {"inertia": 1.0},
+    }
+    scene = flywheel.load(table)
+    assert_allclose(flywheel.Machine(scene).switches, tau * np.array([0.0, *edges, 1.0]), rtol=1e-14)
+    motion = flywheel.simulate(scene, phi=0.1, omega=2.0, until=3.0, rtol=1e-9)
+    assert motion.error < 1e-6
+    assert motion.phi[-1] > 7.0  # through every switch
+    law = compile(torque.replace("phi", "(phi % tau)"), "torque", "eval")
+    names = {"cos": cos, "sin": sin, "sqrt": sqrt, "tau": tau, "pi": tau / 2, "max": max, "abs": abs}
+    turns = [tau * (k + edge) for k in range(3) for edge in (0.0, *edges)]
+    stops = [0.1, *(at for at in sorted(turns) if 0.1 < at < motion.phi[-1]), float(motion.phi[-1])]
+    taken = sum(quad(lambda phi: eval(law, names, {"phi": phi}), *ends, epsabs=1e-12)[0] for ends in pairwise(stops))
+    start, end = (1.0 + float(np.squeeze(flywheel.reduce(scene, float(phi)).inertia)) for phi in (0.1, motion.phi[-1]))
+    speed = sqrt((start * 2.0**2 + 2 * (5.0 * (motion.phi[-1] - 0.1) + taken)) / end)
+    assert motion.omega[-1] == pytest.approx(speed, rel=1e-7)
+
+
+def test_a_flywheel_is_confirmed_in_time_where_a_law_switches_as_a_cell_ends():
+    small = {"type": "law", "outputs": {"disc": {"theta": "phi + 0.3*sin(phi)", "inertia": 0.01}}}
+    table = {
+        "mechanism": small,
+        "inertia": [{"on": "crank", "value": 0.003}],
+        "load": [{"on": "disc", "torque": "-0.5443*max(sin(phi), 0)"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"irregularity": 0.02},
+    }
+    sizing = flywheel.size(flywheel.load(table))
+    assert not sizing.messages
+    assert sizing.simulation.irregularity == pytest.approx(0.02, rel=1e-9)
+
+
 def halves(motion):
     """The way of a motion in pieces of half a turn at most."""
     edges = np.linspace(motion.phi[0], motion.phi[-1], int(np.ptp(motion.phi) / 3) + 2)
