@@ -7,7 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from tests.oracle.courses import Course, Machine, Piece, Rest
 from tests.oracle.drive_lines import value
@@ -148,8 +148,7 @@ def way(scene: Table, on: str) -> Way:
     ends = []
     for sign in (1, -1):
         at = float(grid[int(np.argmin(sign * np.array(places)))])
-        inside = {"bounds": (at - 0.02, at + 0.02), "options": {"xatol": 1e-13}}
-        ends.append(float(minimize_scalar(lambda a, s=sign: s * place(a), **inside).x))
+        ends.append(float(brentq(lambda a: body.at(a).ports[k][1], at - 0.02, at + 0.02, xtol=1e-15)))  # where it stands
     return Way(place(ends[0]), place(ends[1]), lambda angle, top: place(ends[1 if top else 0] - angle))
 
 
