@@ -617,7 +617,10 @@ _NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of 
 
 
 def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
-    """Tests which steps a watched value may leave its side in: all but those where its series cannot reach 0."""
+    """Tests which steps a watched value may leave its side in: all but those where its series cannot reach 0.
+
+    A value that is 0 all over a step stays on its side, such as the moment through a mesh with nothing behind it.
+    """
     if len(steps) < 2 or not events.sides.size:
         return [True] * len(steps)
     nodes, to_series = _IMPLICIT_SERIES
@@ -633,7 +636,8 @@ def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
     least = series[..., 0] - np.abs(series[..., 1:]).sum(axis=-1)
     if events.rounding is not None:
         least -= events.rounding[:, None]
-    return [not clear for clear in (least > 0.0).all(axis=0).tolist()]
+    clear = (least > 0.0) | (values == 0.0).all(axis=-1)
+    return (~clear.all(axis=0)).tolist()
 
 
 def crossing(events: Events, step: Step) -> Step:
