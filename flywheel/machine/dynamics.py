@@ -249,11 +249,23 @@ class MachineDynamics:
 
     def surplus(self, phi: Array, anchor: Anchor, omega: Array, time: Array, acceleration: Array) -> Array:
         """The remaining moment (N m, on the crank) of a machine, after losses, at accelerations of a motion forwards."""
-        parts = self._parts(phi, anchor, omega, time, ())[0]
+        own, factors = self._driven(phi, anchor, omega, time, acceleration)
+        return -np.asarray(sum(k * residual for k, residual in zip(factors, own, strict=True)))
+
+    def losses(self, phi: Array, anchor: Anchor, omega: Array, time: Array, states: States, acceleration: Array) -> Array:
+        """The moment lost in the meshes (N m, on the crank) at accelerations, by the sides that drive at each instant."""
+        own, factors = self._driven(phi, anchor, omega, time, acceleration, states)
+        return wide(lost(factors, own), phi.shape)
+
+    def _driven(
+        self, phi: Array, anchor: Anchor, omega: Array, time: Array, acceleration: Array, states: States = ()
+    ) -> tuple[list[Any], tuple[Any, ...]]:
+        """The moment that each stage takes at accelerations (N m), and its factors for the sides that then drive."""
+        parts = self._parts(phi, anchor, omega, time, states)[0]
         own = [part.inertia * acceleration + part.slope * (0.5 * omega * omega) - part.moment for part in parts]
         one: tuple[Any, ...] = tuple(np.ones(phi.shape) for _ in own)
-        factors = passed_by(own, self.machine.stages, one, lambda tau: tau > 0.0)[1]
-        return -np.asarray(sum(k * residual for k, residual in zip(factors, own, strict=True)))
+        sense = np.where(omega < 0.0, -1.0, 1.0)
+        return own, passed_by(own, self.machine.stages, one, lambda tau: np.asarray(tau * sense > 0.0))[1]
 
     def moments(
         self,
@@ -306,14 +318,19 @@ class MachineDynamics:
     ) -> list[Array]:
         """Values that change their signs where a stretch of motion ends: switches, and the moments of meshes with losses.
 
-        there: at the anchor itself, where the sign of the moment through a mesh decided its side, however small it is.
+        there: at the anchor itself, where each mesh has the sign of its side, even if nothing passes it yet.
         """
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
         if anchor.factors is not None or self.joint_friction is not None:
             now = self.at_many(phi, anchor, omega, time, states, watched=True)
             inert = now.inertia * (np.abs(now.acceleration) + omega * omega)
             level = _FORCE_ROUNDING * (np.abs(now.moment) + inert + np.sum(np.abs(now.passed), axis=0))
-            rows += [tau if there else np.where(np.abs(tau) > level, tau, 0.0) for tau in now.passed[1:]]
+            for k, tau in enumerate(now.passed[1:], start=1):
+                if there and anchor.factors is not None:
+                    outwards = anchor.factors[k] > anchor.factors[self.machine.stages[k].near]
+                    rows.append(wide(anchor.sense(omega) * (1.0 if outwards else -1.0), phi.shape))
+                else:
+                    rows.append(tau if there else np.where(np.abs(tau) > level, tau, 0.0))
             if now.friction is not None:
                 rows += list(now.friction.decisive)
         return rows

@@ -115,8 +115,9 @@ def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
     They are integrals of moment times speed over every step.
 
     By Gauss quadrature of the dense output. The law of every load is evaluated apart: where stepping decides a branch once
-    for a stretch, at an anchor, in a direction, it is decided here at every instant by position, speed and time themselves.
-    A law in the wrong branch, or against the motion, leaves a difference to the kinetic energy.
+    for a stretch, at an anchor, in a direction, it is decided here at every instant by position, speed and time themselves;
+    so is the side that drives a mesh, but with friction in joints. A law in the wrong branch, or against the motion, or a
+    mesh that gives power, leaves a difference to the kinetic energy.
     """
     times, owners, lasting = trail.gauss()
     rows = [np.zeros(0)]
@@ -128,8 +129,11 @@ def works_of(trail: Trail) -> tuple[dict[str, float], float, Array]:
         moments = dynamics.moments(here.phi, apart, *here[2:], now)
         for part, moment in moments.items():
             parts[part] = parts.get(part, 0.0) + float(way @ moment)
-        meshes += float(way @ now.loss)
-        rows.append(way * (sum(moments.values()) - now.loss))
+        loss = now.loss
+        if dynamics.joint_friction is None and len(dynamics.machine.stages) > 1:
+            loss = dynamics.losses(here.phi, apart, *here[2:], now.acceleration)
+        meshes += float(way @ loss)
+        rows.append(way * (sum(moments.values()) - loss))
     steps = np.concatenate(rows).reshape(-1, NODES.size).sum(axis=1)
     return parts, meshes, np.append(0.0, np.cumsum(steps))
 

@@ -108,6 +108,58 @@ def test_a_flywheel_is_confirmed_in_time_where_a_law_switches_as_a_cell_ends():
     assert sizing.simulation.irregularity == pytest.approx(0.02, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("load", "drive"),
+    [
+        ("-7*(1 - cos(phi))", 12.0),
+        ("-40*phi**4", 12.0),
+        ("7*(1 - cos(phi))", 12.0),
+        ("7*(1 - cos(phi))", -12.0),
+        ("0*phi", 12.0),
+    ],
+)
+def test_a_load_behind_a_mesh_that_begins_with_nothing(load, drive):
+    """From rest the mesh passes nothing at first, so that either side may seem to drive it: the load decides later."""
+    table = {
+        "shafts": {"far": {"ratio": 2.0, "efficiency": 0.7}},
+        "inertia": [{"on": "crank", "value": 1.5}],
+        "load": [{"on": "far", "torque": load}],
+        "drive": {"torque": drive},
+        "flywheel": {"inertia": 0.5},
+    }
+    motion = flywheel.simulate(flywheel.load(table), phi=0.0, omega=0.0, until=0.5, rtol=1e-9)
+    torque = compile(load, "torque", "eval")
+
+    def rates(_, y):
+        passed = -2.0 * eval(torque, {"phi": y[0] % tau, "cos": cos})
+        outwards = passed * drive > 0.0  # the motion has the direction of the drive
+        return [y[1], (drive - passed / 0.7 if outwards else drive - passed * 0.7) / 2.0]
+
+    true = solve_ivp(rates, (0.0, 0.5), [0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    assert_allclose((motion.phi[-1], motion.omega[-1]), true, rtol=1e-8)
+    assert motion.energy_residual < 1e-9
+
+
+def test_the_audit_sees_a_mesh_that_gives_power(monkeypatch):
+    """The side of every mesh is held as it was decided at the anchor: the losses of the audit are by the motion itself."""
+    sides = flywheel.machine.dynamics.MachineDynamics.sides
+
+    def without_meshes(self, phi, *arguments, **options):
+        return [np.abs(row) + 1.0 for row in sides(self, phi, *arguments, **options)]
+
+    table = {
+        "shafts": {"far": {"ratio": 2.0, "efficiency": 0.7}},
+        "inertia": [{"on": "crank", "value": 1.5}, {"on": "far", "value": 0.5}],
+        "load": [{"on": "far", "torque": "-7*sin(phi)"}],
+        "drive": {"torque": 1.0},
+        "flywheel": {"inertia": 0.5},
+    }
+    scene = flywheel.load(table)
+    assert flywheel.simulate(scene, 0.0, 4.0, 2.0, rtol=1e-9).energy_residual < 1e-9
+    monkeypatch.setattr(flywheel.machine.dynamics.MachineDynamics, "sides", without_meshes)
+    assert flywheel.simulate(scene, 0.0, 4.0, 2.0, rtol=1e-9).energy_residual > 1e-3
+
+
 def halves(motion):
     """The way of a motion in pieces of half a turn at most."""
     edges = np.linspace(motion.phi[0], motion.phi[-1], int(np.ptp(motion.phi) / 3) + 2)
