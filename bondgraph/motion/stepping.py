@@ -637,7 +637,7 @@ def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
     if events.rounding is not None:
         least -= events.rounding[:, None]
     clear = (least > 0.0) | (values == 0.0).all(axis=-1)
-    return (~clear.all(axis=0)).tolist()
+    return [not one for one in clear.all(axis=0).tolist()]
 
 
 def crossing(events: Events, step: Step) -> Step:

@@ -421,7 +421,8 @@ class Synchronism(NamedTuple):
 
     `load_angle` is the mean over time. `pull_out_share` is the greatest torque of the load angle over the pull-out torque.
     `natural_frequency` (Hz) and `damping_ratio` are those of small swings about the mean, with the mean inertia and the
-    damper winding alone. `errors` are absolute for angles and relative for the others.
+    damper winding alone. `errors` are absolute for angles and relative for the others: "harmonics" is that of their moments,
+    relative to the greatest, "magnification" the largest of any.
     """
 
     load_angle: float
@@ -516,10 +517,11 @@ MATTERS = 0.01
 
 
 class Beside(NamedTuple):
-    """A figure by the fluxes, and by the static curve of the same circuit."""
+    """A figure by the fluxes, and by the static curve of the same circuit; `error` is the greater relative one."""
 
     two_axis: float
     static: float
+    error: float
 
     @property
     def difference(self) -> float:

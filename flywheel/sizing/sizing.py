@@ -677,12 +677,23 @@ def electrical_transients(sizing: Sizing) -> ElectricalTransients | None:
     if other.run is None or other.energy is None or sizing.energy is None:
         return None
     ratio = scene.shafts[scene.drive.on]
-    torques = [cells.greatest(cells.fit(one.drive)) / ratio if one.drive is not None else 0.0 for one in (run, other.run)]
-    return ElectricalTransients(
-        Beside(run.irregularity, other.run.irregularity),
-        Beside(*torques),
-        Beside(sizing.energy.rotor_heat or 0.0, other.energy.rotor_heat or 0.0),
-    )
+
+    def figures(one: Sizing) -> Iterator[tuple[float, float]]:
+        """Irregularity, greatest torque and heat of the rotor, each with its relative error."""
+        assert one.run is not None
+        assert one.energy is not None
+        drive = cells.fit(one.run.drive if one.run.drive is not None else np.zeros((1, cells.ORDER)))
+        torque, heat, flow = cells.greatest(drive) / ratio, one.energy.rotor_heat or 0.0, one.power_flow
+        scale = 0.0 if flow is None else flow.scale / (one.run.speed_min * ratio)
+        of_energy = one.errors["energy"]
+        assert isinstance(of_energy, float)
+        off = of_energy * max(abs(torque), scale) + float(cells.tails(drive).max()) / ratio
+        yield one.run.irregularity, one.run.error
+        yield torque, off / max(abs(torque), 1e-300)
+        yield heat, one.energy.errors.get("rotor_heat", 0.0)
+
+    pairs = zip(figures(sizing), figures(other), strict=True)
+    return ElectricalTransients(*(Beside(moving, still, max(off, beside)) for (moving, off), (still, beside) in pairs))
 
 
 DERIVED = Derivations(as_dict, estimates, energy, engine, power_flow, electrical_transients, synchronism)
