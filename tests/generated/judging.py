@@ -481,7 +481,8 @@ def along(cycle: Cycle, values: Callable[[float, Piece], Any]) -> list[Along]:
             top = int(np.argmax(sign * seen[:, k]))
             bounds = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
             if bounds[1] > bounds[0]:
-                run = minimize_scalar(lambda at, p=p: -sign * values(at, p)[k], bounds=bounds, method="bounded")
+                close = {"xatol": 1e-7 * (bounds[1] - bounds[0])}  # that of the values is its square
+                run = minimize_scalar(lambda at, p=p: -sign * values(at, p)[k], bounds=bounds, options=close)
                 result = max(result, -float(run.fun))
         return result
 
