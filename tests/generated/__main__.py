@@ -4,8 +4,9 @@
 
 Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of duties, strokes, models of a stroke, steps
 of a start, friction in joints, limits of heat and current, in a numbering of their own, with `--strokes` those of machines
-with clutch and brake. Every defect is printed with its
-number, and makes the exit code 1; `--only N` draws one scene, prints it and all that is said of it.
+with clutch and brake, with `--rounded` those with the numbers of a textbook, some of which cannot be assembled. Every
+defect is printed with its number, and makes the exit code 1; `--only N` draws one scene, prints it and all that is said of
+it.
 """
 
 from __future__ import annotations
@@ -15,18 +16,25 @@ import collections
 import multiprocessing
 import pprint
 import time
+from typing import Any
 
 from tests.generated import identities
 from tests.generated.judging import DEFECTS, ROUTES, Verdict, judged
+from tests.generated.rounded import rounded
 from tests.generated.scenes import drawn
 from tests.generated.special import special
 from tests.generated.strokes import drawn_strokes, tried_strokes
+
+KINDS: dict[str, Any] = {"strokes": None, "special": special, "rounded": rounded}
 
 
 def tried(seed: int, routes: tuple[str, ...] = ROUTES, kind: str = "") -> tuple[int, list[Verdict]]:
     """The verdicts on a scene by its number."""
     if kind == "strokes":
         return seed, tried_strokes(seed)
+    if kind == "rounded":
+        verdicts = judged(rounded(seed), routes)
+        return seed, [v for v in verdicts if not (v.route == "load" and v.outcome == "untrue")]
     return seed, identities.tried(special(seed)) if kind else judged(drawn(seed), routes)
 
 
@@ -57,15 +65,12 @@ def main() -> None:
     parser.add_argument("--routes", nargs="+", choices=ROUTES, default=ROUTES, help="what each scene is tried on")
     parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")
     parser.add_argument("--strokes", action="store_true", help="scenes with clutch and brake")
+    parser.add_argument("--rounded", action="store_true", help="scenes whose angles, ratios and laws coincide")
     parser.add_argument("--only", type=int, help="a single scene, shown with all that is said of it")
     request = parser.parse_args()
-    routes, kind = tuple(request.routes), "strokes" if request.strokes else "special" if request.special else ""
+    routes, kind = tuple(request.routes), next((name for name in KINDS if getattr(request, name)), "")
     if request.only is not None:
-        scene = (
-            drawn_strokes(request.only)[0]
-            if request.strokes
-            else (special if request.special else drawn)(request.only).scene
-        )
+        scene = drawn_strokes(request.only)[0] if kind == "strokes" else KINDS.get(kind, drawn)(request.only).scene
         pprint.pprint(scene, width=120, sort_dicts=False)
         for verdict in tried(request.only, routes, kind)[1]:
             took = f"({verdict.seconds:.2f} s, oracle {verdict.oracle:.2f} s)"
