@@ -7,6 +7,7 @@ import pytest
 import flywheel
 from tests.generated import identities
 from tests.generated.judging import DEFECTS, judged
+from tests.generated.rounded import rounded
 from tests.generated.scenes import drawn
 from tests.generated.special import special
 from tests.generated.strokes import drawn_strokes, tried_strokes
@@ -23,6 +24,7 @@ FIXED = [*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in (*range(66),
 SPECIAL = sample((1, 7, 19, 25, 13, 31, 20, 0, 39, 15, 4, 36, 41, 53, 23, 29), 4)  # of each kind the cheaper ones
 # rotors and slider-cranks, losses on either side of the clutch, friction, weights; motors on inverters, servo drives
 STROKES = sample((9000004, 11, 2, 7, 19), 5)
+ROUNDED = sample((960000003, 960000005, 960000010, 960000012, 960000016, 960000021), 3)
 ROW = 264  # friction, weight, meshes that lose on both sides, ramps of clutch and brake, an induction motor
 NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when it changes its side
 
@@ -53,6 +55,15 @@ def test_fixed_scenes(seed: int) -> None:
 def test_special_scenes(seed: int) -> None:
     """Duties, strokes, loads over a stroke, starts by steps, friction in joints, limits of heat and current."""
     assert seldom(seed) == []
+
+
+@pytest.mark.parametrize("seed", ROUNDED)
+def test_rounded_scenes(seed: int) -> None:
+    """Angles, ratios and laws that coincide."""
+    verdicts = judged(rounded(seed))
+    assert verdicts
+    wrong = [v for v in verdicts if v.outcome in DEFECTS and v.outcome != LATE]
+    assert [f"--rounded --only {seed} {v.route}: {v.outcome} {v.detail}" for v in wrong] == []
 
 
 @pytest.mark.parametrize("seed", STROKES)
