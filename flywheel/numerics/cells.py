@@ -475,7 +475,7 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
 _UP_TO_NODES: Array = np.ascontiguousarray(basis(NODES) @ antiderivative(fit(np.eye(ORDER)), np.ones((1, 1))).T)
 _WHOLE: Array = integral(np.eye(ORDER), np.ones((ORDER, 1)))
 
-_MILD = 1.0  # exponent: what changes grow or decay by within a cell whose nodes resolve it
+_MILD = 4.0  # exponent: what changes grow or decay by within a cell whose nodes resolve it to rounding
 _STEEP = 5.0  # exponent: changes that grow or decay by more than exp of it are followed from where they only decay
 _MOST_GROWTH = 700.0  # exponent that a float still holds
 _THREADED = 100  # unknowns of a dense system from which several threads solve it
