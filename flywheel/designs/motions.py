@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import batch
-from flywheel.machine.equation import Rate
+from flywheel.machine.equation import Moments, Rate
 from flywheel.machine.machine import Stage
 from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import constant_speed
-from flywheel.regime.branch import Existence
+from flywheel.regime.branch import Existence, stopped_flywheel
 from flywheel.regime.cycle_equations import (
     Demand,
     NoRegimeError,
@@ -35,6 +35,7 @@ from flywheel.regime.cycle_equations import (
     balanced_guess,
     first_guess,
     periodic_motions,
+    with_inertia,
 )
 from flywheel.regime.periodic_motion import STIFF, errors_by_stiffness, motion_errors
 from flywheel.regime.several_motions import (
@@ -66,6 +67,7 @@ _LAYER, _MOST_LAYERS = 8.0, 8  # exponent of what decays in the first cell behin
 _NO_INERTIA = 1e-6  # of the greatest: a least inertia beside which the machine is as good as weightless
 _AT_ONCE = 20_000  # values at nodes for several speeds: arrays of them stay in the processor's cache
 _WEIGHTS: Array = cells.integral(np.eye(ORDER), np.ones((ORDER, 1)))
+_SPEEDS_LOOKED_AT = np.concatenate((np.geomspace(1e-3, 0.1, 9), np.linspace(0.15, 1.2, 36), np.geomspace(1.25, 64.0, 16)))
 _FEW = slice(0, ORDER, 5)  # nodes that give the sign of a net work
 _FEW_WEIGHTS: Array = np.linalg.solve(np.vander(NODES[_FEW], increasing=True).T, np.array([2.0, 0.0, 2 / 3, 0.0, 0.4]))
 LIMITED = "limits."  # before the name of a figure that is limited
@@ -220,6 +222,20 @@ class DesignMoments(SeveralMoments):
                 works[k : k + few] += (self._over_cell(wide) * half[..., 0]).sum(axis=-1)
         return np.asarray(works)
 
+    def stopped_flywheels(self, speed: Array, marks: Array) -> Array:
+        """The flywheels (kg m² on the crank) with which the machines certainly stop; see `branch.stopped_flywheel`.
+
+        Args:
+            speed: of the cranks, about that of their motions, rad/s.
+            marks: characteristic speeds of their motors, rad/s, (marks, designs).
+
+        """
+        speeds = np.sort(np.concatenate((np.multiply.outer(_SPEEDS_LOOKED_AT, speed), marks)), axis=0)
+        moments = self.still - self.resistance * speeds[:, :, None, None]
+        for part, _, moving, rows in self._pieces:
+            moments[:, :, part] += np.asarray(moving(*rows, speeds[:, :, None, None], 0.0)[0], dtype=float)
+        return np.asarray(stopped_flywheel(moments, speeds, self.mesh.half * _WEIGHTS, self.inertia))
+
     def with_losses(self, speeds: Array, works: Array, row: Index) -> Array:
         """Net works (J) less the losses in meshes, from those without at speeds (speeds, designs), from a row of each down.
 
@@ -311,7 +327,7 @@ class _Table:
     def put(self, which: Index, rows: dict[str, Array], chosen: Any = slice(None)) -> None:
         """Takes the chosen ones of the rows of a group of designs."""
         for name, row in rows.items():
-            self.rows.setdefault(name, np.full(self.size, np.nan))[which[chosen]] = row[chosen]
+            self.rows.setdefault(name, np.full((self.size, *row.shape[1:]), np.nan))[which[chosen]] = row[chosen]
 
 
 def figures(structure: Structure, columns: Array, edges: Array, givens: DesignValues, halvings: int, rtol: float) -> Figures:
@@ -352,15 +368,16 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
         good &= inertia + least > least_error
     limits = structure.limits_of(columns) if of_motor(moments.machine.scene) else {}
     starts = (first_guess,) if limits else (first_guess, balanced_guess)  # a search has other flywheels to begin with
-    solved = partial(_solutions, moments, givens, speed, unknown, starts=starts)
+    solved = partial(_solutions, moments, givens, speed, unknown, starts=starts, trials=bool(limits))
 
     # the motion: with the flywheel that is given or sought, or with none if none is found
     left, worst = np.flatnonzero(good), np.full(speed.shape, np.inf)
-    own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool))  # none is sought where there is no irregularity
+    own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool), {})  # none is sought where there is no irregularity
     if inertia is not None or np.isfinite(givens.irregularity).all():
         own = solved(left, guess[left], None if inertia is None else inertia[left])
     if limits:
-        ends = [values.rows["energy_fluctuation"], least, greatest, speed]
+        stopped = moments.stopped_flywheels(speed, structure.speeds(columns)[1:])
+        ends = [values.rows["energy_fluctuation"], least, greatest, speed, stopped]
         own = _limited(solved, left, limits, ends, own, rtol)
     if inertia is None and own.success.any():
         own.values["exact"] = own.values["exact"] / ratio[left] ** 2
@@ -380,12 +397,16 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
 
 
 class Solutions(NamedTuple):
-    """Motions: their figures and errors by name, the error that cells must bring within rtol, and a mask of those found."""
+    """Motions: their figures and errors by name, the error that cells must bring within rtol, and a mask of those found.
+
+    `states` are those of trials on the machines' own cells, by the names of `State`, with the reference speed (rad/s).
+    """
 
     values: dict[str, Array]
     errors: dict[str, Array]
     missed: Array
     success: NDArray[np.bool_]
+    states: dict[str, Array]
 
 
 def _at_constant_speed(
@@ -437,7 +458,7 @@ def _cycle(moments: DesignMoments, rate: Rate, unknown: Array) -> batch.Cycles:
 
 
 def _limited(
-    solved: Callable[[Index, Array, Array], Solutions],
+    solved: Callable[..., Solutions],
     which: Index,
     demands: dict[str, Array],
     ends: Sequence[Array],
@@ -453,27 +474,31 @@ def _limited(
         solved: the motions of designs with flywheels (kg m² on the crank).
         which: the designs.
         demands: their limits, by name.
-        ends: the fluctuation of energy (J), the machine's least and greatest inertia (kg m²), the constant speed (rad/s).
+        ends: the fluctuation of energy (J), the machine's least and greatest inertia (kg m²), the constant speed (rad/s),
+            flywheels with which it certainly stops (kg m²).
         sized: the motions with flywheels for an irregularity among the limits.
         rtol: required relative error of an inertia.
 
     """
-    answers, searches = dict[tuple[int, float], tuple[FlywheelPoint, float]](), list[limits.Search]()
-    worst, kept = np.zeros(which.shape), np.full((2, which.size), np.nan)
+    answers, searches = dict[tuple[int, float], FlywheelPoint](), list[limits.Search]()
+    kept, known = np.full((2, which.size), np.nan), [dict[float, dict[str, Any]]() for _ in which]
 
     def look(questions: list[tuple[int, float]]) -> None:
         for first in range(0, len(questions), _QUESTIONS):
             some = questions[first : first + _QUESTIONS]
             rows, inertias = (np.array(column) for column in zip(*some, strict=True))
-            solutions = solved(which[rows], inertias, inertias)
-            for k, question in enumerate(some):
-                answers[question] = _point(solutions, k, question[1], demands), float(solutions.missed[k])
+            solutions = solved(which[rows], inertias, inertias, others=_nearest(known, some))
+            answers.update({question: _point(solutions, k, question[1], demands) for k, question in enumerate(some)})
+            for k in np.flatnonzero(np.isfinite(solutions.states.get("reference", ()))).tolist():
+                row, inertia = some[k]
+                known[row][inertia] = {name: states[k] for name, states in solutions.states.items()}
 
     def further(row: int, inertia: float | None = None) -> float | None:
         """The next flywheel of a design's search, after the result of the last; None at its end."""
         while True:
+            last = inertia
             try:
-                inertia, error = steps[row].send(None if inertia is None else answers[row, inertia][0])  # type: ignore[arg-type]
+                inertia, _ = steps[row].send(None if last is None else answers[row, last])  # type: ignore[arg-type]
             except StopIteration as end:
                 spans, *rest = end.value
                 if _certain(searches[row], spans, rest[0]):
@@ -481,20 +506,21 @@ def _limited(
                 return None
             except (SceneError, NoRegimeError):  # sized alone it says why
                 return None
+            if inertia == last and not answers[row, inertia].motions:  # another method, which is not tried here
+                return None
             if (row, inertia) not in answers:
                 return inertia
-            if error < rtol:
-                worst[row] = max(worst[row], answers[row, inertia][1])
 
     for row, k in enumerate(which.tolist()):
         own = {name: float(values[k]) for name, values in demands.items()}
-        fluctuation, least, greatest, speed = (float(end[k]) for end in ends)
+        fluctuation, least, greatest, speed, stopped = (float(end[k]) for end in ends)
         extent = limits.extent(fluctuation, least, greatest, speed, own.get(IRREGULARITY, 2.0))
-        searches.append(limits.Search(own, *extent, rtol))
+        searches.append(limits.Search(own, *extent, rtol, in_turn=1, stopped=stopped))
         if sized.success[row] and (inertia := float(sized.values["exact"][row])) > 0.0:
             error = float(sized.errors["exact"][row])
             searches[row].points[inertia] = _point(sized, row, inertia, demands)._replace(error=error)
-    steps, grids = [limits.first_kept(search, 1.0) for search in searches], [search.inertias for search in searches]
+    steps = [limits.first_kept(search, 1.0, alone=False) for search in searches]
+    grids = [[each for each in search.inertias if each > search.stopped] for search in searches]
     questions = [(row, further(row)) for row in range(which.size)]
     while some := [(row, inertia) for row, inertia in questions if inertia is not None]:
         ahead = max(_QUESTIONS // len(some), 1)  # of the grid, which a small round has room for
@@ -505,7 +531,8 @@ def _limited(
     values, errors, missed = _Table(which.size), _Table(which.size), np.full(which.shape, np.inf)
     rows = np.flatnonzero(np.isfinite(kept[0]))
     inertia, error = kept[:, rows]
-    at, beside = (solved(which[rows], each, each) for each in (inertia, inertia * (1.0 + _BESIDE)))
+    near = _nearest(known, zip(rows.tolist(), inertia.tolist(), strict=True))
+    at, beside = (solved(which[rows], each, each, others=near) for each in (inertia, inertia * (1.0 + _BESIDE)))
     stands = at.success & beside.success
     if stands.any():
         along = {name: value for name, value in at.values.items() if name != IRREGULARITY and not name.startswith(LIMITED)}
@@ -516,13 +543,29 @@ def _limited(
         off = {name: at.errors[name] + moved[name] / scales[name] for name in along}
         values.put(rows, along | {"exact": inertia}, stands)
         errors.put(rows, off | {"exact": error}, stands)
-        missed[rows[stands]] = np.maximum(np.maximum(at.missed, error), worst[rows])[stands]
+        missed[rows[stands]] = np.maximum(at.missed, error)[stands]
     if sized.success.any():  # where the irregularity decides
         same = np.flatnonzero(sized.success & (kept[0] == sized.values["exact"]))
         for table, rows_of in ((values, sized.values), (errors, sized.errors)):
             table.put(same, {name: row[same] for name, row in rows_of.items() if not name.startswith(LIMITED)})
         missed[same] = sized.missed[same]
-    return Solutions(values.rows, errors.rows, missed, np.isfinite(missed))
+    return Solutions(values.rows, errors.rows, missed, np.isfinite(missed), {})
+
+
+def _nearest(
+    known: Sequence[Mapping[float, Mapping[str, Any]]], questions: Iterable[tuple[int, float]]
+) -> Mapping[str, Array]:
+    """The states of each design's known motion whose flywheel is nearest to another, NaN for designs without any."""
+
+    def ratio(one: float, other: float) -> float:
+        return max(one, other) / max(min(one, other), 1e-300)
+
+    nearest: list[Mapping[str, Any]] = [
+        known[row][min(known[row], key=partial(ratio, inertia))] if known[row] else {} for row, inertia in questions
+    ]
+    some = next(filter(None, nearest), {})
+    nothing = {name: np.full_like(rows, np.nan) for name, rows in some.items()}
+    return {name: np.array([(own or nothing)[name] for own in nearest]) for name in some}
 
 
 def _point(solutions: Solutions, row: int, inertia: float, names: Iterable[str]) -> FlywheelPoint:
@@ -570,6 +613,9 @@ def _solutions(
     guess: Array,
     inertia: Array | None,
     starts: Sequence[Start],
+    others: Mapping[str, Array] | None = None,
+    *,
+    trials: bool = False,
 ) -> Solutions:
     """The motions of some designs, from first guesses, on cells that narrow where speeds settle steeply behind a jump.
 
@@ -582,23 +628,26 @@ def _solutions(
         guess: of the flywheels, kg m² on the crank.
         inertia: of given ones; None if they are sized for the irregularity.
         starts: the first guesses, of which the second is tried where torques damp a change of speed fast.
+        others: motions to begin with in place of a first guess, as `Solutions.states` has them.
+        trials: True for those of a search: only one without a flywheel has narrower cells, as heavier ones serve as well.
 
     """
-    values, errors = _Table(which.size), _Table(which.size)
+    values, errors, states = _Table(which.size), _Table(which.size), _Table(which.size)
     missed, solved = np.full(which.shape, np.inf), np.zeros(which.shape, bool)
     omega, of_some = speed[which], givens.of(which)
     by_speed = moments.of(which).constant(omega, unknown[which][:, None, None]).by_speed
     total = (guess[:, None, None] + moments.inertia[which]) * omega[:, None, None]
     exponents = (-by_speed / total).max(axis=-1) * 2.0 * moments.mesh.half[which, :, 0]
     steepest = np.maximum(exponents.max(axis=1) / _LAYER, 1.0)
+    left_out = (steepest > 1.0) & (guess > 0.0) & trials
     for first in starts:
-        near = ~solved & (exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf))
+        near = ~solved & ~left_out & (exponents.sum(axis=1) > (_FADING if first is balanced_guess else -np.inf))
         for some in (np.flatnonzero(near & (steepest == 1.0)), np.flatnonzero(near & (steepest > 1.0))):
             if not some.size:
                 continue
             deep = min(int(np.ceil(np.log2(steepest[some].max()))), _MOST_LAYERS)
             finer = moments.layered(which[some], deep) if deep else moments.of(which[some])
-            own, off, missing, stands = _motions(
+            own, off, missing, stands, solved_states = _motions(
                 finer,
                 of_some.of(some),
                 omega[some],
@@ -606,11 +655,24 @@ def _solutions(
                 guess[some],
                 None if inertia is None else inertia[some],
                 first,
+                {} if deep or not others else {name: rows[some] for name, rows in others.items()},
             )
+            if trials and not deep:
+                states.put(some, solved_states, stands)
             values.put(some, own, stands)
             errors.put(some, off, stands)
             missed[some[stands]], solved[some[stands]] = missing[stands], True
-    return Solutions(values.rows, errors.rows, missed, solved)
+    return Solutions(values.rows, errors.rows, missed, solved, states.rows)
+
+
+def _beside(
+    others: Mapping[str, Array], moments: Moments, speed: Array, first: State, inertia: Array
+) -> tuple[Array, State]:
+    """Reference speeds (rad/s) and states to begin with: those of other motions with these flywheels, if there are any."""
+    known = np.isfinite(others["reference"])
+    rows = (np.where(known.reshape(-1, *[1] * (own.ndim - 1)), others[name], own) for name, own in first._asdict().items())
+    reference = np.where(known, others["reference"], speed)
+    return reference, with_inertia(State(*rows), moments, reference, inertia)
 
 
 def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
@@ -619,7 +681,7 @@ def _even_enough(own: Solutions, irregularity: Array) -> Solutions:
         return own
     eps, error = own.values.pop("irregularity"), own.errors.pop("irregularity")
     values, errors = own.values | {"exact": 0.0 * eps}, own.errors | {"exact": error}
-    return Solutions(values, errors, own.missed, own.success & (eps * (1.0 + error) <= irregularity))
+    return Solutions(values, errors, own.missed, own.success & (eps * (1.0 + error) <= irregularity), {})
 
 
 def _motions(
@@ -630,8 +692,9 @@ def _motions(
     guess: Array,
     inertia: Array | None,
     start: Start,
-) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
-    """The figures of motions with their errors, the one that cells must bring within rtol, and a mask of the valid motions.
+    others: Mapping[str, Array],
+) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_], dict[str, Array]]:
+    """The figures of motions with their errors, the one that cells must bring within rtol, the valid motions, their states.
 
     Args:
         moments: the machines.
@@ -641,6 +704,7 @@ def _motions(
         guess: of the flywheels, kg m² on the crank.
         inertia: of given ones; None if they are sized for the irregularity.
         start: the first guess of the motion.
+        others: motions to begin with in its place, as `Solutions.states` has them, if any.
 
     """
     demand = Demand(inertia, givens.irregularity if inertia is None else None, speed if givens.unknown else None)
@@ -653,10 +717,14 @@ def _motions(
     around = moments.locally if moments.lossy else moments
     first = start(around, speed, guess, unknown)
     if first is None:
-        return values.rows, errors.rows, missed, closed_rows
-    solved, near = periodic_motions(around, speed, demand, first)
+        return values.rows, errors.rows, missed, closed_rows, {}
+    reference = speed
+    if others and inertia is not None:
+        reference, first = _beside(others, around, speed, first, inertia)
+    solved, near = periodic_motions(around, reference, demand, first)
+    states: dict[str, Any] = solved.state._asdict() | {"reference": solved.reference}
     if not moments.lossy:
-        return _of_motion(moments, solved, demand, givens, near)
+        return *_of_motion(moments, solved, demand, givens, near), states
     for cut in on_cut_cells(moments, solved, near, demand):
         of_some = _of_motion(cut.moments, cut.solved, cut.demand, givens.of(cut.which), cut.success)
         edge = cut.solved.extremes.cell + (cut.solved.extremes.t > 0.0)
@@ -667,7 +735,7 @@ def _motions(
         for table, rows in ((values, of_some[0]), (errors, of_some[1])):
             table.put(cut.which, rows)
         missed[cut.which], closed_rows[cut.which] = of_some[2], of_some[3]
-    return values.rows, errors.rows, missed, closed_rows
+    return values.rows, errors.rows, missed, closed_rows, states
 
 
 def _of_motion(

@@ -30,6 +30,7 @@ from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
+from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.cycle_equations import Demand, NoRegimeError, exponents
@@ -47,6 +48,7 @@ _STOP_SPEED = 1e-6  # of the speed at the start: as good as a stop
 _INERTIA_VARIATION = 1e-9  # of an inertia: that varies by less is the same at every angle
 _SAMPLES = 2_000  # instants of a cycle at which a motion followed in time is taken
 _AT_ONCE = 16  # positions within a walk that take as long as the walk itself
+_SURE = 0.9  # of a fall of energy: what is certain of one between samples
 _STOPS, _RETURNED, _LOST = "stops", "returns", "open"
 
 
@@ -337,6 +339,48 @@ def resonates(machine: Machine, reference: float, inertias: Sequence[float], unk
         return True
     swings = exponents(moments, reference, inertias, unknown)
     return bool((np.abs(swings.imag) > np.abs(swings.real)).any())
+
+
+def stopped_flywheel(moments: Array, speeds: Array, widths: Array, inertia: Array) -> Any:
+    """The flywheel (kg m² on the crank) with which, as with any lighter one, a machine certainly stops within the cycle.
+
+    With m the greatest F at an angle, and n that at speeds from w up: if n does net work below zero over a cycle, a periodic
+    motion is slower than w somewhere, and from there gains no more than G, the work of n where it is positive. Its energy is
+    at most ½ (J + I*) w² + G, and from one angle to another it gains no more than the work of m. If that falls by D, then
+
+        J < 2 (D - G)/w² - I*        (I* the greatest)
+
+    leaves too little energy. Losses in meshes only take, and may be left out of F.
+
+    Args:
+        moments: F at some speeds (N m), (speeds, ..., cells, nodes).
+        speeds: ascending, from far below to far above those of the machine, with its motor's characteristic ones, rad/s,
+            (speeds, ...).
+        widths: of the nodes in an integral over the cycle, rad, (..., cells, nodes).
+        inertia: I* (kg m²), (..., cells, nodes).
+
+    Returns:
+        The inertia, by `_SURE` of D - G, as F is sampled; minus infinity where nothing is certain. With a load of 50 N m
+        over half a turn, and a drive of 30 N m below 2 rad/s, the machine lacks 20 N m over half a turn:
+
+    >>> widths, load, drive = np.full((1, 4), 0.5 * np.pi), np.array([-50.0, -50.0, 0.0, 0.0]), np.array([30.0, 30.0, 0.0])
+    >>> round(float(stopped_flywheel(load + drive[:, None, None], np.array([0.1, 1.0, 2.0]), widths, 0.0 * widths)), 3)
+    28.274
+    >>> round(0.9 * 2.0 * 20.0 * np.pi / 2.0**2, 3)
+    28.274
+
+    """
+    *lead, cells_of, nodes = inertia.shape
+    above = np.maximum.accumulate(moments[::-1], axis=0)[::-1]
+    works = above * widths
+    row = (works.sum(axis=(-2, -1)) < 0.0).argmax(axis=0)[None]
+    beside = row[..., None, None]
+    work, w = np.take_along_axis(works, beside, 0)[0], np.take_along_axis(speeds, row, 0)[0]
+    gained = np.maximum(work, 0.0).sum(axis=(-2, -1))
+    course = np.tile(works[0].reshape(*lead, cells_of * nodes), 2).cumsum(axis=-1)
+    fall = (np.maximum.accumulate(course, axis=-1) - course).max(axis=-1)
+    least = _SURE * 2.0 * (fall - gained) / w**2 - inertia.max(axis=(-2, -1))
+    return np.where(np.isfinite(least) & (work.sum(axis=(-2, -1)) < 0.0), least, -np.inf)
 
 
 # -- what becomes of a machine without a steady motion --------------------------------------------------------------------

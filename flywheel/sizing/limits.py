@@ -44,6 +44,8 @@ from flywheel.sizing.results import Limit, Regime, Sizing
 _COARSE = 1e-4  # error of trial motions
 PER_DECADE, PER_DECADE_RESONANT = 4, 12
 """Flywheels of a grid in a decade of their inertia with the machine's own; where a motor's states resonate."""
+IN_TURN = 3
+"""Flywheels without a motion in turn, after which lighter ones are looked at from none up."""
 _LARGEST = 1e-3  # irregularity with the heaviest flywheel of the grid, about
 _LIGHT = 1e-2  # of the machine's greatest inertia: one beside which a lighter one at some angles is none
 _HEAVY = 1e3  # times the heaviest of the grid: practically infinite, apart from terms in 1/J
@@ -51,7 +53,6 @@ _SECOND = 1e-2  # of those terms: share of faster ones at such inertias
 _LEAST = 1e-5  # of the heaviest: an inertia far below that with which such a machine stalls
 _OF_EXTREME = 1e-3  # of an inertia: resolution of the search for an extreme of a figure
 _BESIDE = 1e-3  # of an inertia: distance of the points for a slope
-_IN_TURN = 3  # flywheels without a motion, after which lighter ones are looked at from none up
 _MOST_HALVINGS = 24  # halvings of a bracket, or widenings of it
 _MOST_STEPS, _THROUGH = 100, 4  # steps towards a crossing; flywheels from which it is interpolated
 _APART = 1e-6  # of an inertia: flywheels nearer than this give no slope
@@ -186,6 +187,8 @@ class Search:
         rtol: required relative error of an inertia.
         swings: True if a motor has states of its own, so that a lighter flywheel may keep turning where a heavier one stops.
         per_decade: flywheels of the grid in a decade.
+        in_turn: flywheels without a motion in turn, after which lighter ones are looked at from none up.
+        stopped: a flywheel (kg m²) with which, as with any lighter one, there is certainly no motion.
 
     """
 
@@ -198,8 +201,10 @@ class Search:
         *,
         swings: bool = False,
         per_decade: int = PER_DECADE,
+        in_turn: int = IN_TURN,
+        stopped: float = -np.inf,
     ) -> None:
-        self.limits, self.rtol = limits, rtol
+        self.limits, self.rtol, self.in_turn, self.stopped = limits, rtol, in_turn, stopped
         self.own, self.heaviest, self.swings, self.per_decade = own, heaviest, swings, per_decade
         self.points: dict[float, FlywheelPoint] = {}  # at the required error
         self.extremes: list[FlywheelPoint] = []
@@ -209,9 +214,13 @@ class Search:
     def closely(self, inertia: float) -> Steps[FlywheelPoint]:
         """The figures with a flywheel at the required error, or at the least error possible."""
         if inertia not in self.points:
-            point = yield inertia, 0.5 * self.rtol
-            self.points[inertia] = point if point.motions else (yield inertia, _COARSE)
+            point = yield from self._at(inertia, 0.5 * self.rtol)
+            self.points[inertia] = point if point.motions else (yield from self._at(inertia, _COARSE))
         return self.points[inertia]
+
+    def _at(self, inertia: float, error: float) -> Steps[FlywheelPoint]:
+        """The figures with a flywheel, which are not requested where there is certainly no motion."""
+        return FlywheelPoint(inertia, Existence.NONE) if inertia <= self.stopped else (yield inertia, error)
 
     def _scaled(self, inertia: float) -> float:
         return float(np.log(inertia + self.own))
@@ -238,8 +247,8 @@ class Search:
         """
         inertias = [] if self.grid else self.inertias
         points, lost = self.grid[::-1], 0
-        while inertias and lost < _IN_TURN:
-            points.append((yield inertias.pop(0), _COARSE))
+        while inertias and lost < self.in_turn:
+            points.append((yield from self._at(inertias.pop(0), _COARSE)))
             lost = 0 if points[-1].motions else lost + 1
             if not points[0].motions:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
@@ -247,7 +256,7 @@ class Search:
                 inertias = []
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
-            light.append((yield inertias.pop(), _COARSE))
+            light.append((yield from self._at(inertias.pop(), _COARSE)))
         self.grid = light + points[::-1]
 
     def _extrapolated(self) -> Steps[None]:
@@ -260,8 +269,11 @@ class Search:
 
     # -- where a limit is kept
 
-    def spans(self, name: str) -> Steps[list[Span]]:
+    def spans(self, name: str, *, alone: bool = True) -> Steps[list[Span]]:
         """The ranges of inertia, from 0 to infinity, in which a limit is kept, is not, or neither is known.
+
+        With `alone` false, a range that begins where another limit is broken all around begins at the next flywheel of the
+        grid: where all are kept does not depend on that.
 
         Raises:
             NoRegimeError: if even the heaviest flywheel leaves no steady motion.
@@ -269,7 +281,7 @@ class Search:
         """
         limit = self.limits[name]
         yield from self.scan()
-        yield from self._narrow(name, limit)
+        yield from self._narrow(name, limit, alone=alone)
         points = yield from self._with_extremes(name, limit)
         states = [point.state(name, limit) for point in points]
         first = points[0].shares[name].error / limit if points[0].motions else 0.0
@@ -278,7 +290,9 @@ class Search:
         spans = [Span(states[0], 0.0, np.inf, first)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
-                inertia, error = yield from self._boundary(name, limit, before, after)
+                inertia, error = after.inertia, 1.0 - before.inertia / after.inertia
+                if alone or not self._breaks_another(name, before, after):
+                    inertia, error = yield from self._boundary(name, limit, before, after)
                 if was is LimitState.UNKNOWN:  # it may begin anywhere in the range of which nothing is known
                     error = max(error, 1.0 - spans[-1].first / inertia)
                 self._begin(spans, state, inertia, error)
@@ -293,22 +307,29 @@ class Search:
             self._begin(spans, LimitState.BROKEN, *(yield from self._beyond(name, limit, last)))
         return spans
 
+    def _breaks_another(self, name: str, *points: FlywheelPoint) -> bool:
+        """Tests whether flywheels break another limit, the same one all of them."""
+        others = [(other, limit) for other, limit in self.limits.items() if other != name]
+        return any(all(point.state(*each) is LimitState.BROKEN for point in points) for each in others)
+
     @staticmethod
     def _begin(spans: list[Span], state: LimitState, first: float, error: float) -> None:
         """Lets the next range begin where the last one ends."""
         spans[-1] = spans[-1]._replace(last=first)
         spans.append(Span(state, first, np.inf, error))
 
-    def _narrow(self, name: str, limit: float) -> Steps[None]:
+    def _narrow(self, name: str, limit: float, *, alone: bool) -> Steps[None]:
         """Refines the grid between flywheels that keep a limit and those without a motion, or of unknown state."""
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
                 states, gap = (before.state(name, limit), after.state(name, limit)), after.inertia - before.inertia
                 near = _NEAR_UNKNOWN if LimitState.UNKNOWN in states else _EDGE
+                if not alone and self._breaks_another(name, *(point for point in (before, after) if point.motions)):
+                    continue
                 if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
-                        self._add((yield middle, _COARSE))
+                        self._add((yield from self._at(middle, _COARSE)))
                         break
             else:
                 return
@@ -628,21 +649,24 @@ def _lighter(machine: Machine, branch: Branch, inertias: Sequence[float]) -> Ite
                 yield inertia, FlywheelPoint(inertia, Existence.MOTION, (motions,), each)
 
 
-def first_kept(search: Search, square: float) -> Steps[tuple[dict[str, list[Span]], float, float]]:
+def first_kept(search: Search, square: float, *, alone: bool = True) -> Steps[tuple[dict[str, list[Span]], float, float]]:
     """Finds the range of each limit, and the least inertia (kg m²) that keeps all, with its relative error.
 
     Args:
         search: the search.
         square: of the speed of the flywheel's shaft over that of the inertias.
+        alone: False where the range of one limit is not needed within that of another that is broken.
 
     Raises:
         SceneError: for limits that no flywheel reaches, or that none keeps together.
         NoRegimeError: if even the heaviest flywheel leaves no steady motion.
 
     """
-    spans = {}
+    spans = dict[str, list[Span]]()
     for name in search.limits:
-        spans[name] = yield from search.spans(name)
+        spans[name] = yield from search.spans(name, alone=alone)
+    if search.extremes and not alone:  # a limit that is broken on either side of a flywheel may be kept with it
+        return (yield from first_kept(search, square))
     check_reached(search, spans, square)
     check_together(spans, square)
     return spans, *next((span.first, span.error) for span in together(spans.values()) if span.state is LimitState.KEPT)

@@ -9,7 +9,10 @@ import pytest
 
 import flywheel
 from flywheel.designs import figures as designs
-from flywheel.reading.paths import numbers
+from flywheel.designs.motions import DesignMoments
+from flywheel.machine.machine import Machine
+from flywheel.reading.paths import numbers, with_numbers
+from flywheel.regime.branch import Branch, Existence
 from tests.extras import extra
 from tests.scenes import PUNCH, yoke
 from tests.scenes import SWEPT_PRESS as PRESS
@@ -286,3 +289,19 @@ def test_numbers_that_a_program_cannot_hold_are_the_same_in_it():
     result = flywheel.sweep(flywheel.load(given), {"parameters.r": np.linspace(0.1, 0.2, 6)}, rtol=1e-9)
     assert set(result.ways) == {0, 2}
     assert all("parameters.r" in reason for reason in result.reasons.values())
+
+
+def test_flywheels_with_which_machines_certainly_stop_have_no_motion():
+    """The bound of many machines at once, against each one followed in time."""
+    motor = {"type": "induction", "power": "15 kW", "speed": 150, "poles": 4, "frequency": 50, "breakdown_ratio": 2.8}
+    driven = {"shafts": {"motor": {"ratio": 12}}, "drive": {"on": "motor", "motor": motor}, "regime": {}}
+    scene = flywheel.load({**PRESS, **driven, "flywheel": {"limits": {"motor_torque": 1.6}}})
+    paths, columns = ("load.0.from",), np.array([[5.35, 5.4, 5.42, 5.45]])
+    ((structure, which),) = designs.structures_of(scene, paths).sorted(columns)
+    moments = DesignMoments(structure, columns[:, which], structure.edges(columns), np.arange(1 + sum(structure.counts)))
+    stopped = moments.stopped_flywheels(np.full(4, 12.7), structure.speeds(columns)[1:])
+    assert (stopped > 5.0).all()
+    for start, inertia in zip(columns[0].tolist(), stopped.tolist(), strict=True):
+        branch = Branch(Machine(with_numbers(scene, {"load.0.from": start})), 12.7)
+        assert branch.at(inertia, 1e-4).existence is Existence.NONE
+        assert branch.at(4.0 * inertia + 20.0, 1e-4).existence is Existence.MOTION

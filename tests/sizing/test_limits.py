@@ -455,6 +455,40 @@ def test_the_error_of_a_least_flywheel_covers_lighter_ones_of_which_nothing_is_k
     assert kept.error == 1.0
 
 
+def requests(search: Search, *, alone: bool, figures) -> tuple[float, int]:
+    """The least flywheel that keeps the limits of a search, and the number of flywheels requested for it."""
+    requested = []
+
+    def at(inertia: float, error: float) -> FlywheelPoint:
+        requested.append(inertia)
+        shares = {name: Share(figure(inertia), 1e-12) for name, figure in figures.items()}
+        return FlywheelPoint(inertia, Existence.MOTION, (None,), shares)
+
+    return limits.answered(limits.first_kept(search, 1.0, alone=alone), at)[1], len(requested)
+
+
+def test_the_range_of_one_limit_is_not_looked_for_where_another_is_broken():
+    figures = {"irregularity": lambda j: 1.0 / (1.0 + j), "motor_heat": lambda j: 1.0 / (1.0 + 0.1 * j)}
+    both = {"irregularity": 0.1, "motor_heat": 0.1}  # from 9 and from 90 kg m² on
+    (inertia, every), (same, fewer) = (
+        requests(Search(both, 0.5, 1e3, 1e-9), alone=alone, figures=figures) for alone in (True, False)
+    )
+    assert inertia == pytest.approx(90.0, rel=1e-8)
+    assert same == pytest.approx(inertia, rel=1e-8)
+    assert fewer < every - 3
+
+
+def test_a_limit_that_is_kept_between_two_flywheels_that_break_it_is_not_overlooked():
+    """The heat dips below its limit between two flywheels of the grid, where the irregularity comes to be kept."""
+
+    def heat(j: float) -> float:
+        return (1.0 - 1.2 * np.exp(-((np.log((j + 1e-9) / 18.0) / 0.15) ** 2) / 2.0)) / (1.0 + j / 200.0)
+
+    figures, both = {"irregularity": lambda j: 1.9 / (1.0 + j), "motor_heat": heat}, {"irregularity": 0.1, "motor_heat": 0.5}
+    least = [requests(Search(both, 0.5, 1e4, 1e-9), alone=alone, figures=figures)[0] for alone in (True, False)]
+    assert least == pytest.approx([18.0, 18.0], rel=1e-8)
+
+
 PRESS = {
     "mechanism": {
         "type": "slider-crank",
