@@ -654,7 +654,11 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
         phase if phase.scene is None else phase._replace(scene=replace(phase.scene, limits=limits)) for phase in scene.duty
     )
     limited = replace(scene, limits=limits, duty=duty)
-    return size(limited, rtol, simulate=False)
+    if duty:
+        return size(limited, rtol, simulate=False)
+    same = Machine(limited)
+    vars(same).update(vars(machine), scene=limited)  # all that does not depend on the requirements
+    return size(same, rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:

@@ -233,9 +233,14 @@ class Moments:
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
         return plain._replace(moment=moment, by_unknown=by_unknown, exchanged=exchanged, transmitted=self._of_lossy(passed))
 
-    def net_work(self, speed: float | Array, unknown: float = 0.0, states: States | None = None) -> Array:
-        """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
-        if self.lossy:
+    def net_work(
+        self, speed: float | Array, unknown: float = 0.0, states: States | None = None, *, losses: bool = True
+    ) -> Array:
+        """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,).
+
+        With `losses` false it is the work without those in meshes.
+        """
+        if self.lossy and losses:
             return cells.total(self.constant(speed, unknown, states).moment, self.mesh.half)
         speed = np.asarray(speed, dtype=float)
         omega = speed[..., None, None]

@@ -216,7 +216,7 @@ def _mesh(machine: Machine, at: float, way: float = 0.0) -> cells.Cells:
     edges[-1] = cycle
     while True:
         ahead = (edges[:-1] - at) % cycle < (1.0 - _SAME_EDGE) * way
-        wide = np.diff(edges) > np.where(ahead, _CLOSER * way, _WIDEST * cycle)
+        wide = np.diff(edges) > (1.0 + _SAME_EDGE) * np.where(ahead, _CLOSER * way, _WIDEST * cycle)
         if not wide.any():
             return cells.cells(edges)
         edges = cells.bisected(edges, wide)

@@ -336,8 +336,9 @@ def number(values: Any) -> Any:
 
 
 def wide(values: Any, shape: tuple[int, ...]) -> Array:
-    """A number or array, broadcast to a shape as floats."""
-    return np.broadcast_to(np.asarray(values, dtype=float), shape)
+    """A number or array, broadcast to a shape as floats; one that has the shape is returned as it is."""
+    own = np.asarray(values, dtype=float)
+    return own if own.shape == shape else np.broadcast_to(own, shape) if own.ndim else np.full(shape, own)
 
 
 class Crossings(NamedTuple):

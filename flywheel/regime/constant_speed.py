@@ -66,21 +66,38 @@ def check_steady(machine: Machine) -> None:
 
 
 def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
-    """The speed (rad/s) of the approximate figures, the unknown (SI) there, and remarks."""
-    scene = machine.scene
-    moments = moments_on(machine, machine.mesh, local=True)
-    if scene.unknown is None:
-        speed, messages = chosen_speed(moments)
-        return speed, 0.0, messages
-    assert scene.speed is not None
-    return scene.speed, balance_at(moments, scene.speed), ()
+    """The speed (rad/s) of the approximate figures, the unknown (SI) there, and remarks; kept with the machine."""
+    if "reference_point" not in machine.kept:
+        moments, required = moments_on(machine, machine.mesh, local=True), machine.scene.speed
+        if machine.scene.unknown is None:
+            speed, messages = chosen_speed(moments)
+            machine.kept["reference_point"] = speed, 0.0, messages
+        else:
+            assert required is not None
+            machine.kept["reference_point"] = required, balance_at(moments, required), ()
+    point: tuple[float, float, tuple[str, ...]] = machine.kept["reference_point"]
+    return point
 
 
-def net_works(moments: Moments, speeds: Array) -> Array:
-    """Net works (J) of a cycle run at constant crank speeds (rad/s), a few at a time."""
+def net_works(moments: Moments, speeds: Array, *, losing: bool = True) -> Array:
+    """Net works (J) of a cycle run at constant crank speeds (ascending, rad/s), a few at a time.
+
+    Losses in meshes only take. With `losing` false they are left out where without them a cycle loses, too, unless it gains
+    at one of the next two speeds: zeros and the peaks beside them are those of the whole work.
+    """
     spend(_PER_SPEED * moments.mesh.phi.size * speeds.size)
     few = max(_AT_ONCE // moments.mesh.phi.size, 1)
-    return np.concatenate([moments.net_work(speeds[k : k + few]) for k in range(0, speeds.size, few)])
+
+    def at(some: Array, *, losses: bool) -> Array:
+        parts = [moments.net_work(some[k : k + few], losses=losses) for k in range(0, some.size, few)]
+        return np.concatenate([*parts, np.zeros(0)])
+
+    if losing or not moments.lossy:
+        return at(speeds, losses=True)
+    works = at(speeds, losses=False)
+    near = np.convolve(~(works <= 0.0), np.ones(5), "same") > 0.0
+    works[near] = at(speeds[near], losses=True)
+    return works
 
 
 def exchanged_work(moments: Moments, speed: float) -> float:
@@ -108,7 +125,7 @@ def steady_speeds(moments: Moments) -> list[tuple[float, bool]]:
     such speeds, as many decades more on either side.
     """
     for decades in (_DECADES, 3 * _DECADES):
-        grid, works = _scanned(moments, decades)
+        grid, works = _scanned(moments, decades, losing=False)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
         roots = [
             (root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
@@ -120,13 +137,13 @@ def steady_speeds(moments: Moments) -> list[tuple[float, bool]]:
     return roots
 
 
-def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
-    """Speeds tried, and the net work at each; those at which a law has no finite value are left out.
+def _scanned(moments: Moments, decades: int, *, losing: bool = True) -> tuple[Array, Array]:
+    """Speeds tried, and the net work at each (see `net_works`); those at which a law has no finite value are left out.
 
     They are replaced by the nearest speeds, by bisection.
     """
     grid = _grid(moments.machine, decades)
-    works = net_works(moments, grid)
+    works = net_works(moments, grid, losing=losing)
     finite = np.isfinite(works)
     if not finite.any():
         _finite_rate(moments, moments.machine.typical_speed, 0.0)
@@ -153,13 +170,14 @@ def speeds_to_try(typical: Any, marks: Array, decades: int = _DECADES) -> Array:
     return np.sort(np.concatenate((even, near)), axis=0)
 
 
-def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
+def _humps(moments: Moments, grid: Array, works: Array, *, every: bool = False) -> list[tuple[float, float]]:
     """Peaks below zero and troughs above it that may cross zero: there are then two speeds near them.
 
-    A smooth peak rises above its highest sample by no more than it falls to the next, so flat ones are left out.
+    A smooth peak rises above its highest sample by no more than it falls to the next, so flat ones are left out, and unless
+    `every` one is needed also those far from zero.
     """
     sign, peaks = -np.sign(works), []
-    for k in 1 + np.flatnonzero(humped(works)[0]):
+    for k in 1 + np.flatnonzero(humped(works)[0 if every else 1]):
         log_speed, height = summit(
             lambda x: float(sign[k] * moments.net_work(float(np.exp(x)))),  # noqa: B023 - called at once
             float(np.log(grid[k - 1])),
@@ -243,7 +261,7 @@ def _no_speed(moments: Moments, speeds: list[tuple[float, bool]]) -> Fault:
         what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
         return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
     grid, works = _scanned(moments, _DECADES)
-    peaks = [(work, speed) for speed, work in _humps(moments, grid, works)]
+    peaks = [(work, speed) for speed, work in _humps(moments, grid, works, every=True)]
     best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + peaks)
     if best > 0.0:
         what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"

@@ -44,6 +44,8 @@ from flywheel.sizing.results import Limit, Regime, Sizing
 _COARSE = 1e-4  # error of trial motions
 PER_DECADE, PER_DECADE_RESONANT = 4, 12
 """Flywheels of a grid in a decade of their inertia with the machine's own; where a motor's states resonate."""
+SIZED = "sized"
+"""Under which a machine keeps the motion that was sized for an irregularity, with that and the error allowed."""
 IN_TURN = 3
 """Flywheels without a motion in turn, after which lighter ones are looked at from none up."""
 _LARGEST = 1e-3  # irregularity with the heaviest flywheel of the grid, about
@@ -616,7 +618,9 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
     for before, after in pairwise(search.grid) if IRREGULARITY in requirements else ():
         states = [point.state(IRREGULARITY, requirements[IRREGULARITY]) for point in (before, after)]
         if set(states) == {LimitState.KEPT, LimitState.BROKEN}:
-            sized = branch.sized(requirements[IRREGULARITY], before.inertia, after.inertia, rtol)
+            *known, sized = machine.kept.get(SIZED, (None,))
+            if known != [requirements[IRREGULARITY], rtol]:
+                sized = branch.sized(requirements[IRREGULARITY], before.inertia, after.inertia, rtol)
             if sized is not None and before.inertia < sized.inertia < after.inertia:
                 own = shares_along(machine, sized, rtol)
                 search.points[sized.inertia] = FlywheelPoint(

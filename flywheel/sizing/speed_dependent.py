@@ -301,6 +301,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
                 raise refused(None, guess, error) from None
             return alone
     if motion.inertia > 0.0:
+        machine.kept[limits.SIZED] = scene.irregularity, rtol, motion
         return motion
     try:
         return solved(0.0, 0.0)

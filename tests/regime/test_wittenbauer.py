@@ -531,6 +531,22 @@ def test_stretches_where_nothing_changes_are_not_searched(monkeypatch):
     assert not searched
 
 
+@pytest.mark.parametrize("power", ["1 kW", "4 kW"])
+def test_losses_in_meshes_are_left_out_only_where_a_cycle_loses_without_them(power):
+    scene = flywheel.load("examples/drive_lines/press.toml").with_({"drive.motor.power": power})
+    machine = Machine(scene)
+    moments = Moments(machine, piecewise.cells(machine.mesh))
+    speeds = np.geomspace(1e-3, 1e3, 241)
+    works, quick = (constant_speed.net_works(moments, speeds, losing=losing) for losing in (True, False))
+    gains = np.array([float(moments.net_work(speed, losses=False)) for speed in speeds.tolist()]) > 0.0
+    beside = gains | np.append(gains[1:], False) | np.append(False, gains[:-1])
+    assert gains.any()
+    assert_allclose(quick[beside], works[beside], rtol=1e-12, atol=1e-9)
+    assert (quick >= works - 1e-9).all()
+    assert (np.sign(quick) == np.sign(works)).all()
+    assert not np.allclose(quick, works)
+
+
 @pytest.mark.parametrize("name", [n for n in regimes.CASES if "constant" in regimes.figures(n) and "slow" not in n])
 def test_the_cycle_at_constant_speed_is_that_of_the_references(name):
     """Accumulated work and net work of torques at that speed, each to rounding of the work exchanged."""
