@@ -367,15 +367,22 @@ def _batches(
 
 
 def _here(plan: Plan, pending: _Chunks) -> Iterator[tuple[NDArray[np.intp], Batch]]:
-    """The figures of chunks, sized here; one by one in parts of about a second, to show progress."""
-    few = _second_of_designs(plan)
-    alone = plan.engine == "size" or few < _SLOW_RATE
+    """The figures of chunks, sized here; one by one in parts of about a second, to show progress.
+
+    No figure depends on the time that a design takes: structures are recorded for a chunk as a whole.
+    """
+    few, alone = 0, True
     for chunk in pending:
         left = chunk
+        if alone and plan.engine != "size":
+            paths, columns, *_ = plan.chunk(chunk)
+            groups = designs.structures_of(plan.scene, paths).sorted(columns)
+            alone = 2 * sum(which.size for _, which in groups) < chunk.size
         while left.size:
-            part, left = (left[:few], left[few:]) if alone else (left, left[:0])
+            few = (few or _second_of_designs(plan)) if alone else few
+            part, left = np.split(left, [few]) if alone else (left, left[:0])
             batch = designs.sized(plan.scene, *plan.chunk(part))
-            alone = _mostly_alone(batch)
+            alone = plan.engine == "size" or _mostly_alone(batch)
             yield part, batch
 
 

@@ -340,6 +340,26 @@ def test_slow_designs_go_in_chunks_of_about_a_second(rotors, whole, monkeypatch,
     assert np.allclose(result.exact, whole.exact[6:32], rtol=1e-9)
 
 
+def test_figures_and_errors_do_not_depend_on_the_time_that_a_design_takes(monkeypatch):
+    """Narrow peaks need the more cells the narrower they are, so that designs share those of the narrowest."""
+    slider = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4, "mass": 5}, "slider": {"mass": 9}}
+    peak = {"on": "slider", "force": "-2000*exp(-((phi - 2)/width)**2)"}
+    run = {"drive": {"torque": "balance"}, "regime": {"speed": "90 rpm"}, "flywheel": {"irregularity": 0.02}}
+    scene = flywheel.load({"mechanism": slider, "parameters": {"width": 0.2}, "load": [peak], **run})
+    columns = {"parameters.width": np.random.default_rng(7).uniform(0.05, 0.4, 40)}
+
+    def swept(seconds: float):
+        monkeypatch.setattr(sweep_of_designs, "_seconds", lambda plan: seconds)
+        monkeypatch.setattr(designs, "_recent", [])
+        return flywheel.sweep(scene, columns, rtol=1e-9)
+
+    fast, *slow = map(swept, (1e-3, 0.09, 0.3))
+    for other in slow:
+        for name in ("exact", "power", "angle_speed_min"):
+            np.testing.assert_array_equal(other.values[name], fast.values[name])
+            np.testing.assert_array_equal(other.error[name], fast.error[name])
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are looked up in /proc")
 def test_workers_end_with_the_process_that_began_them():
