@@ -15,11 +15,13 @@ import numpy as np
 from bondgraph.numerics import root, summit
 from flywheel.components import press_work
 from flywheel.components.motors import Motor
+from flywheel.components.motors.thermal import Temperature
 from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
 from flywheel.motions.stroke_course import (
+    Side,
     crank_at,
     drive_load,
     driven_inertia,
@@ -431,8 +433,8 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     least = _SAFETY * returns + strokes.rtol  # relative: Newton's method leaves so much, whatever the difference
     error: dict[str, Any] = _off(tight.figures, loose.figures, least)
     error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
-    if (warmth := temperature(strokes, driving_sides(strokes, tight.phases))) is not None:
-        error["temperature"] += warmth.error * warmth.greatest
+    if tight.windings is not None:
+        error["temperature"] += tight.windings.error * tight.windings.greatest
     if _MOTOR_TORQUE in tight.shares:
         error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
     return error
@@ -473,30 +475,34 @@ def _off(tight: Mapping[str, Any], loose: Mapping[str, Any], least: float) -> di
 
 
 class _Run(NamedTuple):
-    """A periodic stroke with its figures, loads over their limits, and energies (J in a period)."""
+    """A periodic stroke with its figures, loads over their limits, energies (J in a period), and rise of the windings."""
 
     phases: Phases
     figures: dict[str, Any]
     shares: dict[str, float]
     energy: dict[str, float]
+    windings: Temperature | None
 
     @classmethod
     def of(cls, strokes: Strokes, phases: Phases) -> _Run:
         """The speeds of a stroke that returns."""
         energy = _energy(strokes, phases)
-        figures = _figures(strokes, phases, energy)
+        sides = driving_sides(strokes, phases)
+        windings = temperature(strokes, sides)
+        figures = _figures(strokes, phases, sides, energy, windings)
         shares = {name: figures[key] / limit for name, (key, limit) in load_limits(strokes, phases, figures).items()}
-        return cls(phases, figures, shares, energy)
+        return cls(phases, figures, shares, energy, windings)
 
 
-def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> dict[str, Any]:
+def _figures(
+    strokes: Strokes, phases: Phases, sides: list[Side], energy: Mapping[str, float], windings: Temperature | None
+) -> dict[str, Any]:
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
-    sides = driving_sides(strokes, phases)
     speeds, slowest = speed_extremes(sides)
     slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
     drive = drive_load(strokes, sides, phases.period)
-    point, warmth = servo_load(strokes, phases), temperature(strokes, sides)
+    point = servo_load(strokes, phases)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
     return {
@@ -527,7 +533,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float]) -> d
         **{f"servo_{name}": None if point is None else getattr(point, name) for name in _SERVO},
         "inverter_current": fed[0],
         "power_returned": fed[1],
-        "temperature": None if warmth is None else warmth.greatest,
+        "temperature": None if windings is None else windings.greatest,
         "energy_residual": energy["residual"] / energy["motor"] if energy["motor"] else energy["residual"],
     }
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from bondgraph.numerics import root
 from flywheel.components.energy import ServoLoad
-from flywheel.components.motors.thermal import greatest_rise
+from flywheel.components.motors.thermal import Temperature, greatest_rise
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
 from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Index
 from flywheel.sizing.drive import share_of_peak
-from flywheel.sizing.results import Temperature, Trip
+from flywheel.sizing.results import Trip
 
 __all__ = [
     "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque", "driven_inertia",
@@ -342,5 +342,4 @@ def temperature(strokes: Strokes, sides: list[Side]) -> Temperature | None:
         half.append(0.5 * np.diff(trail.t))
         shares.append(motor.heat_share(motor_ratio(strokes) * speeds))
     losses = np.concatenate(shares)
-    peak = greatest_rise(motor.thermal, np.concatenate(half), np.ones_like(losses), losses)
-    return Temperature(peak.rise, peak.time, motor.thermal.limit, peak.error / max(peak.rise, 1e-300))
+    return greatest_rise(motor.thermal, np.concatenate(half), np.ones_like(losses), losses)

@@ -555,13 +555,18 @@ MOST = 10
 def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
     """A number with the significant digits that its absolute error allows, at most `most`.
 
-    A value smaller than its error is 0; zeros that only pad the fraction are dropped.
+    A value smaller than its error is 0, one of which nothing is known a question mark; zeros that only pad the fraction are
+    dropped.
 
     >>> figure(353.52142732, 1e-4), figure(353.52142732), figure(1234.5678, 20.0), figure(3e-17, 1e-15), figure(-4e-7)
     ('353.5214', '353.5214273', '1.2e+03', '0', '-4e-07')
+    >>> figure(0.75, math.inf)
+    '?'
     """
     if not math.isfinite(value):
         return "none"
+    if error == math.inf:
+        return "?"
     if value == 0.0 or abs(value) <= error:
         return "0"
     digits = most

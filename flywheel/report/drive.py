@@ -10,6 +10,7 @@ import numpy as np
 
 from flywheel.components.energy import ServoLoad
 from flywheel.components.motors.motor import Fact
+from flywheel.components.motors.thermal import Temperature
 from flywheel.components.press_work import engage
 from flywheel.language import message
 from flywheel.language import text as _
@@ -19,7 +20,7 @@ from flywheel.numerics.cells import TIE
 from flywheel.report.document import Cell, Context, Figure, Formula, Note, Part, Section, Step, Table, number, quantity
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.drive import trip_messages
-from flywheel.sizing.results import PhaseLoad, PowerFlow, Temperature
+from flywheel.sizing.results import PhaseLoad, PowerFlow
 from flywheel.tables.power import entries, input_power, sentence, with_and_without
 from flywheel.tables.rows import SI, place
 from flywheel.tables.sizing import limit_names

@@ -14,7 +14,7 @@ import numpy as np
 from flywheel.components.energy import Energy, ServoLoad, mean_effective_pressure, mechanical_efficiency
 from flywheel.components.load_models import is_loss
 from flywheel.components.motors import Motor
-from flywheel.components.motors.thermal import Peak, greatest_rise
+from flywheel.components.motors.thermal import Temperature, greatest_rise
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
@@ -23,7 +23,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.sizing.motor import SPEED_STEP, MotorShaft, above_error, drive_moment, heat_share
-from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Temperature, Trip
+from flywheel.sizing.results import EngineCycle, Harmonic, InverterLoad, Sizing, Synchronism, Trip
 
 
 def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
@@ -401,14 +401,14 @@ def temperature(shaft: MotorShaft) -> Temperature | None:
         return None
     data, (mean, error) = motor.thermal, heat_share(motor, shaft)
 
-    def evaluated(mesh: Cells) -> tuple[Peak, float, Coarse]:
+    def evaluated(mesh: Cells) -> tuple[Temperature, float, Coarse]:
         omega = shaft.omega(mesh)
         shares = motor.heat_share(shaft.ratio * omega, shaft.states(mesh))
-        peak, tails = greatest_rise(data, mesh.half[:, 0], 1.0 / omega, shares), cells.tails(cells.fit(shares))
-        return peak, peak.error / max(peak.rise, 1e-300), cells.above(tails, 0.1)
+        rise, tails = greatest_rise(data, mesh.half[:, 0], 1.0 / omega, shares), cells.tails(cells.fit(shares))
+        return rise, rise.error, cells.above(tails, 0.1)
 
-    peak = shaft.refined(evaluated, shaft.rtol)
-    return Temperature(peak.rise, peak.time, data.limit, error / max(mean, 1e-300) + peak.error / max(peak.rise, 1e-300))
+    rise = shaft.refined(evaluated, shaft.rtol)
+    return rise._replace(error=error / max(mean, 1e-300) + rise.error)
 
 
 def trip_messages(trips: Iterable[Trip], ramped: bool = False) -> Iterator[str]:

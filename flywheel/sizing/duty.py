@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.motors.thermal import Losses, course, starts_an_hour
+from flywheel.components.motors.thermal import Losses, Temperature, course, starts_an_hour
 from flywheel.machine.machine import circuit_of
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, number_faults, refuse
@@ -35,7 +35,7 @@ from flywheel.sizing.drive import trip_messages
 from flywheel.sizing.findings import estimates
 from flywheel.sizing.limits import FlywheelPoint, LimitState, Span
 from flywheel.sizing.motor import MotorShaft, Share, heat_share, shares
-from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing, Temperature
+from flywheel.sizing.results import Duty, Limit, PhaseLoad, Sizing
 
 LONGEST = 600.0
 """Longest period (s) of a duty for which the mean heat is decisive; 10 minutes in IEC 60034-1, unless otherwise agreed."""

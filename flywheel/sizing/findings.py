@@ -379,7 +379,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "closure": error.work,
         "energy": _energy_error(sizing, of_drive, speed),
         "engine": None,
-        "limits": {name: max(limit.reached_error, limit.alone_error) for name, limit in sizing.limits.items()} or None,
+        "limits": {name: _known(max(each.reached_error, each.alone_error)) for name, each in sizing.limits.items()} or None,
         "broken": max((max(each.start_error, each.end_error) for each in sizing.flywheel.broken), default=None),
         "multiplier": _multiplier_error(sizing, speed),
         "constant_speed": None if cyclic is None else _READ + (0.0 if scene.unknown else cyclic.constant_speed_error),
@@ -391,8 +391,12 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     }
     if cycle is not None and sizing.engine is not None and speed is not None:
         errors["engine"] = sizing.engine.error / max(cycle.exchanged, 1e-300) + speed + _READ
-    # beyond the floating-point range nothing is known of an error
-    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in errors.items()}
+    return {key: _known(value) for key, value in errors.items()}
+
+
+def _known(error: Any) -> Any:
+    """An error, or None: beyond the floating-point range nothing is known of it."""
+    return None if isinstance(error, float) and not np.isfinite(error) else error
 
 
 @np.errstate(all="ignore")

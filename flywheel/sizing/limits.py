@@ -179,6 +179,13 @@ def answered(steps: Steps[Outcome], at: Callable[[float, float], FlywheelPoint])
         point = at(inertia, error)
 
 
+def grid_inertias(own: float, heaviest: float, per_decade: int = PER_DECADE) -> list[float]:
+    """Inertias (kg m²) of a grid, from the heaviest down to none; with the machine's own they fall in even steps."""
+    decades = float(np.log10((heaviest + own) / own))
+    totals = np.geomspace(heaviest + own, own, int(np.ceil(per_decade * decades)) + 1)
+    return [*(totals[:-1] - own).tolist(), 0.0]
+
+
 class Search:
     """The figures of a machine, or of a duty, over the inertia of a flywheel, and where each keeps its limit.
 
@@ -236,9 +243,7 @@ class Search:
     @property
     def inertias(self) -> list[float]:
         """Inertias (kg m²) of the grid, from the heaviest down to none."""
-        decades = float(np.log10((self.heaviest + self.own) / self.own))
-        totals = np.geomspace(self.heaviest + self.own, self.own, int(np.ceil(self.per_decade * decades)) + 1)
-        return [*(totals[:-1] - self.own).tolist(), 0.0]
+        return grid_inertias(self.own, self.heaviest, self.per_decade)
 
     def scan(self) -> Steps[None]:
         """Finds the figures on the grid, from the heaviest flywheel down to none, unless they are known.
@@ -405,13 +410,14 @@ class Search:
         return inertia, (yield from self._error(name, limit, here))
 
     def _error(self, name: str, limit: float, here: FlywheelPoint) -> Steps[float]:
-        """The relative error of an inertia at which a figure is at its limit; infinite where no motion is known there."""
+        """The relative error of an inertia at which a figure is at its limit; infinite where no motion or slope is known."""
         if not here.motions:
             return np.inf
         if name == IRREGULARITY and here.error is not None:
             return here.error
         missed = here.shares[name].error + abs(here.shares[name].value - limit)
-        return float(missed / max((yield from self.slope(name, here)), 1e-300) + 0.02 * self.rtol)
+        slope = yield from self.slope(name, here)
+        return float(missed / max(slope, 1e-300) + 0.02 * self.rtol) if slope < np.inf else np.inf
 
     def _bracket(
         self, name: str, limit: float, before: FlywheelPoint, after: FlywheelPoint
@@ -439,7 +445,10 @@ class Search:
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
     def slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
-        """|d figure/d ln J| at a flywheel, from the nearest one of the same accuracy, or from one beside it."""
+        """|d figure/d ln J| at a flywheel, from the nearest one of the same accuracy, or from one beside it.
+
+        Infinite if neither a heavier nor a lighter one beside it has a motion: the slope is then unknown.
+        """
         value = here.shares[name].value
         apart = {
             abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
@@ -449,8 +458,11 @@ class Search:
         near = min((distance for distance in apart if distance > _APART), default=np.inf)
         if near <= 5 * _BESIDE:
             return float(abs(apart[near] - value) / near)
-        beside = yield from self.closely(here.inertia * (1.0 + _BESIDE))
-        return np.inf if not beside.motions else float(abs(beside.shares[name].value - value) / _BESIDE)
+        for distance in (_BESIDE, -_BESIDE):
+            beside = yield from self.closely(here.inertia * (1.0 + distance))
+            if beside.motions:
+                return float(abs(beside.shares[name].value - value) / _BESIDE)
+        return np.inf
 
     def _with_extremes(self, name: str, limit: float) -> Steps[list[FlywheelPoint]]:
         """The flywheels of the grid, with those at which the figure may pass its limit and return between two of them."""
@@ -601,9 +613,9 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
     branch = Branch(machine, figures.speed, unknown, figures.speed if scene.unknown is not None else None)
     least, greatest, _ = figures.reduced_inertia
     ends = extent(figures.fluctuation, least, greatest, figures.speed, requirements.get(IRREGULARITY, 2.0))
-    search = Search(requirements, *ends, rtol, swings=circuit_of(scene) is not None)
-    if search.swings and resonates(machine, figures.speed, search.inertias, unknown):
-        search.per_decade = PER_DECADE_RESONANT
+    swings = circuit_of(scene) is not None
+    resonant = swings and resonates(machine, figures.speed, grid_inertias(*ends), unknown)
+    search = Search(requirements, *ends, rtol, swings=swings, per_decade=PER_DECADE_RESONANT if resonant else PER_DECADE)
     at, together, left = partial(_at, machine, branch), dict[float, FlywheelPoint](), search.inertias
 
     def of_grid(inertia: float, error: float) -> FlywheelPoint:
@@ -688,8 +700,7 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     figures = dict(point.shares)
     if inertia > 0.0 and scene.limits:  # what the error of the inertia makes of each
         for name, share in figures.items():
-            slope = yield from search.slope(name, point)
-            figures[name] = share._replace(error=share.error + (slope * error if slope < np.inf else 0.0))
+            figures[name] = share._replace(error=share.error + (yield from search.slope(name, point)) * error)
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))

@@ -28,6 +28,7 @@ from flywheel.scene.scene import AUDIT, Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from flywheel.components.motors.thermal import Temperature
     from flywheel.components.wheels import Wheel
 
 __all__ = [
@@ -485,31 +486,6 @@ class InverterLoad(NamedTuple):
     def as_dict(self) -> dict[str, Any]:
         """All figures for JSON, SI throughout."""
         return {**self._asdict(), "trips": [trip._asdict() for trip in self.trips]}
-
-
-class Temperature(NamedTuple):
-    """Rise of the windings' temperature (K) in a cycle or a duty repeated indefinitely; `limit` is that of their class.
-
-    `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`
-    the greatest number of starts an hour of each phase with starts, with its load between them. `error` is relative.
-    """
-
-    greatest: float
-    time: float
-    limit: float
-    error: float
-    phases: tuple[tuple[str, float], ...] = ()
-    starts: Mapping[str, int] = {}
-
-    @property
-    def within(self) -> bool:
-        """True if the windings stay within the limit."""
-        return self.greatest <= self.limit * (1.0 + self.error)
-
-    def as_dict(self) -> dict[str, Any]:
-        """The record for JSON, SI throughout."""
-        phases = [{"name": name, "rise": rise} for name, rise in self.phases]
-        return {**self._asdict(), "phases": phases, "starts": dict(self.starts), "within": self.within}
 
 
 MATTERS = 0.01

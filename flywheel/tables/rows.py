@@ -97,10 +97,10 @@ def five_digits(value: float, error: float = 0.0, most: int = _FIVE) -> str:
 
     >>> five_digits(0.15), five_digits(114367.2), five_digits(12.5, 1e-9), five_digits(0.1234, 0.002), five_digits(3e-9)
     ('0.15000', '114370', '12.500', '0.123 ± 0.002', '3.0000e-09')
-    >>> five_digits(2e-13, 1e-12), five_digits(0.0)
-    ('0', '0')
+    >>> five_digits(2e-13, 1e-12), five_digits(0.0), five_digits(0.75, math.inf)
+    ('0', '0', '?')
     """
-    if not math.isfinite(value):
+    if not math.isfinite(value) or error == math.inf:
         return "?"
     if value == 0.0 or abs(value) <= error:
         return "0"

@@ -654,3 +654,29 @@ def test_gd2_stands_beside_the_inertias():
     assert "GD² = 4 J: 1414.09 exact, 1395.96 by the areas, 1416.91 by the torque, kg m²." in text
     given = report.text(flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False))
     assert any(line.split()[-3:] == ["1200", "kg", "m²"] for line in given.splitlines() if "GD²" in line)
+
+
+def edged(last: float):
+    """A search over flywheels whose irregularity falls like 1/J, with motions from 0.9 kg m² up to the last one only."""
+    search = Search({"irregularity": 0.1}, 0.75, 52.0, 1e-9)
+
+    def at(inertia, _error):
+        stands = 0.9 <= inertia <= last
+        share = {"irregularity": Share(0.1 / inertia, 1e-9)}
+        return FlywheelPoint(inertia, Existence.MOTION, (None,), share) if stands else FlywheelPoint(inertia, Existence.NONE)
+
+    return search, at
+
+
+def test_the_error_of_an_inertia_takes_its_slope_from_a_lighter_flywheel_where_no_heavier_one_turns():
+    search, at = edged(1.0)
+    here = limits.answered(search.closely(1.0), at)
+    assert limits.answered(search.slope("irregularity", here), at) == pytest.approx(0.1, rel=2e-3)
+
+
+def test_an_inertia_beside_which_no_flywheel_turns_has_no_known_error():
+    """Its figure's slope is unknown: a steep one would leave the inertia no error, a flat one any."""
+    search, at = edged(0.9)
+    here = limits.answered(search.closely(0.9), at)
+    assert limits.answered(search.slope("irregularity", here), at) == np.inf
+    assert limits.answered(search._error("irregularity", 0.1, here), at) == np.inf

@@ -8,8 +8,8 @@ cold motor on, `starts_an_hour` the permissible number of starts.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -171,19 +171,36 @@ def course(data: Thermal, sequence: Iterable[Losses]) -> TemperatureCourse:
     return TemperatureCourse(tuple(ends), greatest, at)
 
 
-class Peak(NamedTuple):
-    """The greatest rise over a cycle (K), the time from its beginning at which it is reached (s), its error (K)."""
+class Temperature(NamedTuple):
+    """Rise of the windings' temperature (K) in a cycle or a duty repeated indefinitely; `limit` is that of their class.
 
-    rise: float
+    `greatest` is reached after `time` (s) of it. Of a duty `phases` has each phase with the rise at its end, and `starts`
+    the greatest number of starts an hour of each phase with starts, with its load between them. `error` is relative.
+    """
+
+    greatest: float
     time: float
+    limit: float
     error: float
+    phases: tuple[tuple[str, float], ...] = ()
+    starts: Mapping[str, int] = {}
+
+    @property
+    def within(self) -> bool:
+        """True if the windings stay within the limit."""
+        return self.greatest <= self.limit * (1.0 + self.error)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The record for JSON, SI throughout."""
+        phases = [{"name": name, "rise": rise} for name, rise in self.phases]
+        return {**self._asdict(), "phases": phases, "starts": dict(self.starts), "within": self.within}
 
 
-def greatest_rise(data: Thermal, half: Array, slowness: Array, shares: Array) -> Peak:
+def greatest_rise(data: Thermal, half: Array, slowness: Array, shares: Array) -> Temperature:
     """The greatest rise over losses that vary along a cycle repeated indefinitely, dx/dt = (r q - x)/T for each part.
 
     The equations are solved by collocation in each cell of a variable, an angle or time itself; the solution is that which
-    returns to its beginning. The error is that of the interpolation in cells.
+    returns to its beginning. The error, relative, is that of the interpolation in cells.
 
     Args:
         data: of the motor; its cooling is not reduced.
@@ -194,7 +211,7 @@ def greatest_rise(data: Thermal, half: Array, slowness: Array, shares: Array) ->
     >>> times = 5.0 * (cells.NODES + 1.0) + np.array([[0.0], [10.0]])
     >>> losses = 1.0 + np.sin(2 * np.pi * times / 20.0)
     >>> peak = greatest_rise(thermal(10.0, 100.0, "H"), np.full(2, 5.0), np.ones((2, cells.ORDER)), losses)
-    >>> round(peak.rise, 9), round(100.0 * (1.0 + 1.0 / math.hypot(1.0, math.pi)), 9)
+    >>> round(peak.greatest, 9), round(100.0 * (1.0 + 1.0 / math.hypot(1.0, math.pi)), 9)
     (130.331447105, 130.331447105)
 
     """
@@ -221,7 +238,8 @@ def greatest_rise(data: Thermal, half: Array, slowness: Array, shares: Array) ->
     times = begin[turns.cell] + cells.value(clock[turns.cell], turns.t)
     values, places = np.append(edges, inside), np.append(begin, times)
     k = int(cells.peak(values, places))
-    return Peak(float(values[k]), float(places[k]), error + float(cells.tails(series).max()))
+    greatest, error = float(values[k]), error + float(cells.tails(series).max())
+    return Temperature(greatest, float(places[k]), data.limit, error / max(greatest, 1e-300))
 
 
 def rise_after(data: Thermal, times: ArrayLike, weights: ArrayLike, shares: ArrayLike, end: float) -> float:
