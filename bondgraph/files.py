@@ -87,7 +87,14 @@ def replacement(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), 
     check(path, kind, inputs, text)
     path = Path(path)
     if path.exists() and not path.is_file():
-        _check_reader(path)
+        # without a reader it would block for ever
+        if path.is_fifo():
+            try:
+                os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
+            except OSError as error:
+                if error.errno == errno.ENXIO:
+                    raise RefusalError("it is a pipe without a reader", path) from error
+                raise
         yield path
         return
     place = Path(os.path.realpath(path))
@@ -114,17 +121,6 @@ def _same(path: Path, file: Path) -> bool:
         return path.samefile(file)
     except OSError:
         return False
-
-
-def _check_reader(pipe: Path) -> None:
-    """Refuses a pipe without a reader, which would block for ever."""
-    if pipe.is_fifo():
-        try:
-            os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
-        except OSError as error:
-            if error.errno == errno.ENXIO:
-                raise RefusalError("it is a pipe without a reader", pipe) from error
-            raise
 
 
 def _alike(head: bytes, text: str) -> bool:

@@ -97,7 +97,14 @@ class Recorder:
         earlier = self._nodes.get(key)
         if earlier is not None:
             return earlier
-        return self._node(key, _evaluated(name, values) if len(values) == len(numbers) else None)
+        value = None
+        if len(values) == len(numbers):
+            try:
+                value = _OF_PLAIN[name](*values)
+            except (ValueError, ArithmeticError):  # infinite or NaN if it is not defined
+                with np.errstate(all="ignore"):
+                    value = float(getattr(np, _NUMPY[name])(*values))
+        return self._node(key, value)
 
     def compared(self, name: str, left: Any, right: Any) -> Any:
         """A comparison: of parameters its answer, on record as a guard; of variables a recorded truth value."""
@@ -370,15 +377,6 @@ def _over_arrays(name: str, operands: tuple[Any, ...]) -> Any:
         entries[at] = function(*(array[at] for array in arrays))
     truths = name in _COMPARISONS and all(isinstance(value, bool | np.bool_) for value in entries.flat)
     return entries.astype(bool) if truths else entries[()]
-
-
-def _evaluated(name: str, values: Sequence[Any]) -> Any:
-    """The value of an operation on plain numbers, infinite or NaN if it is not defined."""
-    try:
-        return _OF_PLAIN[name](*values)
-    except (ValueError, ArithmeticError):
-        with np.errstate(all="ignore"):
-            return float(getattr(np, _NUMPY[name])(*values))
 
 
 _OF_PLAIN: dict[str, Callable[..., Any]] = {
@@ -674,7 +672,15 @@ class Program(NamedTuple):
         if kind == "numba":
             return _over_broadcast(self)
         named = kind if isinstance(kind, str) else "space"
-        space = _GLOBALS[kind] if isinstance(kind, str) else _functions_of(kind)
+        if isinstance(kind, str):
+            space = _GLOBALS[kind]
+        else:
+            # numpy's names; operators where the namespace has none
+            functions: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
+            functions |= {"bisect_right": bisect_right, "abs": abs, "power": operator.pow, "divide": operator.truediv}
+            functions |= {name: getattr(kind, name) for name in _NUMPY if hasattr(kind, name)}
+            functions.setdefault("hypot", lambda a, b: functions["sqrt"](a * a + b * b))
+            space = functions
         code = _code(named, len(self.inputs), self._lengths, self.operations, self.outputs)
         tables = named == "numpy" and any(type(place) is tuple for place in self.places)
         places = tuple(np.array(p) if type(p) is tuple else p for p in self.places) if tables else self.places
@@ -784,15 +790,6 @@ _GLOBALS: dict[str, dict[str, Any]] = {
     "math": {**{name: getattr(math, name) for name in _MATH}, "pow": math.pow, "abs": abs, "bisect_right": bisect_right},
     "numpy": {**{name: getattr(np, name) for name in _NUMPY}, "searchsorted": np.searchsorted},
 }
-
-
-def _functions_of(namespace: Any) -> dict[str, Any]:
-    """The functions of a namespace by numpy's names; operators where it has none."""
-    functions: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
-    functions |= {"bisect_right": bisect_right, "abs": abs, "power": operator.pow, "divide": operator.truediv}
-    functions |= {name: getattr(namespace, name) for name in _NUMPY if hasattr(namespace, name)}
-    functions.setdefault("hypot", lambda a, b: functions["sqrt"](a * a + b * b))
-    return functions
 
 
 @lru_cache(maxsize=512)

@@ -181,7 +181,17 @@ def drop_zero_velocity(graph: BondGraph, names: Iterable[str] = (), keep: Iterab
     graph = _with_domains(graph)
     for name in names:
         if name in graph.elements:
-            graph, action = _grounded(graph, name, kept)
+            pins = [(bond, bond.other(name), "Sf") for bond in graph.at(name)]
+            rest = None if name in kept | graph.measured else without(graph, name, pins, kept)
+            if rest:
+                graph, action = _dropped("zero velocity", graph, rest, f"1:{name} does not move")
+            elif has_zero_source(graph, name, "Sf", graph.bonds):
+                action = Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
+            else:
+                source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
+                graph = edited(graph, [*graph.bonds, new_bond(graph, source.name, name)], (), [source])
+                why = "it must stay, and does not move"
+                action = Action("zero velocity", f"Sf:{source.name} = 0 holds 1:{name}", why, ())
             log.append(action)
     simplified = _run((partial(_zero_source, kinds=("Sf",)),), graph, kept)
     return Simplified(simplified.graph, (*log, *simplified.log))
@@ -299,19 +309,6 @@ def _zero_source(graph: BondGraph, kept: frozenset[str], kinds: Collection[str])
             what = "effort" if source.kind == "Se" else "flow"
             return _dropped("zero source", graph, rest, f"{source.name} = 0 leaves no {what}")
     return None
-
-
-def _grounded(graph: BondGraph, name: str, kept: frozenset[str]) -> tuple[BondGraph, Action]:
-    pins = [(bond, bond.other(name), "Sf") for bond in graph.at(name)]
-    rest = None if name in kept | graph.measured else without(graph, name, pins, kept)
-    if rest:
-        return _dropped("zero velocity", graph, rest, f"1:{name} does not move")
-    if has_zero_source(graph, name, "Sf", graph.bonds):
-        return graph, Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
-    source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
-    grounded = edited(graph, [*graph.bonds, new_bond(graph, source.name, name)], (), [source])
-    why = "it must stay, and does not move"
-    return grounded, Action("zero velocity", f"Sf:{source.name} = 0 holds 1:{name}", why, ())
 
 
 def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:

@@ -274,7 +274,7 @@ def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) ->
     return type(name, (sympy.Function,), body)
 
 
-Point = Callable[[int | Port], float]  # a flow or effort by its variable, and what a follower holds, at an operating point
+Point = Callable[[int | Port], float]  # at an operating point: a flow or effort by its variable, what a follower holds
 
 
 class SymbolicWalk(Walk):

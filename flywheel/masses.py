@@ -236,7 +236,10 @@ def equivalent_masses(
     ([0.3, 0.8, 0.8, 0.8, 0.3], True)
 
     """
-    points = _checked_places(places)
+    points = array("places", places)
+    if points.ndim != 2 or points.shape[1] not in (1, 2, 3):
+        expected = "one row a point, of 1 to 3 coordinates"
+        raise SceneError([Fault("places", f"an array of shape {points.shape}", expected)])
     dimensions = points.shape[1]
     fixed = _checked_choice(chosen, points)
     free = np.array([k for k in range(len(points)) if k not in fixed], dtype=np.intp)
@@ -352,14 +355,6 @@ def _judged(masses: Array, points: Array, mass: float, inertia: ArrayLike) -> Eq
         text = f"static equivalence only: the inertia is {how} {abs(excess):.6g} kg m²; add the correction couple"
         messages.append(text)
     return Equivalent(masses, points, residual, complete, tuple(messages))
-
-
-def _checked_places(places: ArrayLike) -> Array:
-    points = array("places", places)
-    if points.ndim != 2 or points.shape[1] not in (1, 2, 3):
-        expected = "one row a point, of 1 to 3 coordinates"
-        raise SceneError([Fault("places", f"an array of shape {points.shape}", expected)])
-    return points
 
 
 def _checked_choice(chosen: Mapping[int, float] | None, points: Array) -> dict[int, float]:

@@ -110,7 +110,14 @@ class Formulation(JunctionStructure):
         self.flow = variables(graph, "1")
         first = len(set(self.flow.values()))
         self.effort = {bond: first + v for bond, v in variables(graph, "0").items()}
-        self.ports = tuple(self._port(e) for e in graph.of_kind(*ONE_PORTS))
+        ports = []
+        for element in graph.of_kind(*ONE_PORTS):
+            bond = graph.bond_of(element.name)
+            flow, effort = self.flow[bond.number], self.effort[bond.number]
+            gives_flow = strokes.strokes[bond.number] == element.name
+            pair = (flow, effort) if gives_flow else (effort, flow)
+            ports.append(Port(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair))
+        self.ports = tuple(ports)
         integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
         derivative = [p for p in self.ports if p.element.name in strokes.derivative]
         self.stores = tuple(p for p in integral if p.element.law != 0.0 or p.element.name in self.massless)
@@ -120,14 +127,13 @@ class Formulation(JunctionStructure):
         outputs = [p.output for p in (*self.stores, *self.acting, *self.followers)]
         self.column = {variable: k for k, variable in enumerate(outputs)}
         self._plan()
-        self.groups = tuple(self._ordered())
-
-    def _port(self, element: Element) -> Port:
-        bond = self.graph.bond_of(element.name)
-        flow, effort = self.flow[bond.number], self.effort[bond.number]
-        gives_flow = self.strokes.strokes[bond.number] == element.name
-        pair = (flow, effort) if gives_flow else (effort, flow)
-        return Port(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair)
+        # acting ports in an order in which each finds what it needs, loops as one
+        last, needs = len(self.stores) + len(self.acting), dict[int, set[int]]()
+        for k, port in enumerate(self.acting):
+            on = {c for v in self.reads(port) for c in self.support[v] if c < last}
+            needs[k] = {c - len(self.stores) for c in on if c >= len(self.stores)}
+        groups = components(needs)
+        self.groups = tuple(OutputGroup(tuple(each), len(each) > 1 or each[0] in needs[each[0]]) for each in groups)
 
     def _plan(self) -> None:
         """Steps from the outputs to all other variables."""
@@ -159,17 +165,6 @@ class Formulation(JunctionStructure):
         for step in self.steps:
             on = {k for v in sources(step) for k in self.support[v]}
             self.support |= dict.fromkeys(step.unknown, tuple(sorted(on)))
-
-    def _ordered(self) -> Iterator[OutputGroup]:
-        """Acting ports in an order in which each finds what it needs, loops as one."""
-        first, last = len(self.stores), len(self.stores) + len(self.acting)
-        needs: dict[int, set[int]] = {}
-        for k, port in enumerate(self.acting):
-            on = {c for v in self.reads(port) for c in self.support[v] if c < last}
-            needs[k] = {c - first for c in on if c >= first}
-        for members in components(needs):
-            loop = len(members) > 1 or members[0] in needs[members[0]]
-            yield OutputGroup(tuple(members), loop)
 
     def divided(self) -> list[str]:
         """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""

@@ -334,7 +334,22 @@ class DormandPrince:
         self.f: State = tuple(map(float, first))
         self.until, self.relative, self.absolute = float(until), relative, tuple(map(float, absolute))
         self._step = _written(method, len(self.y))
-        self.h = self._first() if h is None else h
+        if h is None:
+            # the length of the first step, by the sizes of the states, their rates, and how these change
+
+            def size(values: Sequence[float]) -> float:
+                return math.sqrt(sum((v / s) ** 2 for v, s in zip(values, sizes, strict=True)) / max(len(sizes), 1))
+
+            sizes = [a + self.relative * abs(y) for a, y in zip(self.absolute, self.y, strict=True)]
+            of_state, of_rates = size(self.y), size(self.f)
+            length = min(1e-6 if of_state < 1e-5 or of_rates < 1e-5 else 0.01 * of_state / of_rates, self.until - self.t)
+            ahead = self.rates(self.t + length, tuple(y + length * f for y, f in zip(self.y, self.f, strict=True)))
+            bend = size([b - a for a, b in zip(self.f, ahead, strict=True)]) / length
+            largest = max(of_rates, bend)
+            second = max(1e-6, 1e-3 * length) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.method.order)
+            self.h = min(100.0 * length, second, self.until - self.t)
+        else:
+            self.h = h
 
     def step(self) -> Step | None:
         """The next step, at most to `until`; None if none is short enough."""
@@ -357,21 +372,6 @@ class DormandPrince:
             repeated = True
             h *= max(_LEAST, _SAFETY * error**power) if error < math.inf else _LEAST
         return None
-
-    def _first(self) -> float:
-        """The length of the first step, by the sizes of the states, their rates, and how these change."""
-
-        def size(values: Sequence[float]) -> float:
-            return math.sqrt(sum((v / s) ** 2 for v, s in zip(values, sizes, strict=True)) / max(len(sizes), 1))
-
-        sizes = [a + self.relative * abs(y) for a, y in zip(self.absolute, self.y, strict=True)]
-        of_state, of_rates = size(self.y), size(self.f)
-        h = min(1e-6 if of_state < 1e-5 or of_rates < 1e-5 else 0.01 * of_state / of_rates, self.until - self.t)
-        ahead = self.rates(self.t + h, tuple(y + h * f for y, f in zip(self.y, self.f, strict=True)))
-        bend = size([b - a for a, b in zip(self.f, ahead, strict=True)]) / h
-        largest = max(of_rates, bend)
-        second = max(1e-6, 1e-3 * h) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.method.order)
-        return min(100.0 * h, second, self.until - self.t)
 
 
 # -- implicit steps -----------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Event, Switched, SwitchedMotion, dry_resistors
-from bondgraph.motion.walk import GraphInstant, Port, Walk
+from bondgraph.motion.walk import GraphInstant, Walk
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
@@ -852,7 +852,15 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
         own = 0.0 if port.element.name in form.massless or curved else form.graph.constant(port.element.name)
         weight = max(weights.get(k, own), 1e-300)
         if curved:
-            scales.append(_stretched(dynamics, port, states[:, 0].tolist(), energy))
+            # the least power of two at which a store of a curved law holds an energy
+            trial, stretch, taken = Walk(dynamics.tables, 0.0, states[:, 0].tolist(), {}), 2.0**-100, 0.0
+            while taken < energy and stretch < 2.0**100:
+                stretch *= 2.0
+                try:
+                    taken = 0.5 * stretch * max(abs(trial.stored(port, side * stretch)) for side in (-1.0, 1.0))
+                except GraphError:  # the law ends here
+                    break
+            scales.append(stretch)
         else:
             scales.append((1.0 if port.element.name in form.massless else own) * math.sqrt(2.0 * energy / weight))
         greatest.append(float(np.max(np.abs(walk.outputs[k]))) if curved else math.sqrt(2.0 * energy / weight))
@@ -861,15 +869,3 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
         gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
         scales.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
     return np.array(scales)
-
-
-def _stretched(dynamics: Dynamics, port: Port, start: list[float], energy: float) -> float:
-    """The least power of two at which a store of a curved law holds an energy."""
-    walk, stretch, taken = Walk(dynamics.tables, 0.0, start, {}), 2.0**-100, 0.0
-    while taken < energy and stretch < 2.0**100:
-        stretch *= 2.0
-        try:
-            taken = 0.5 * stretch * max(abs(walk.stored(port, side * stretch)) for side in (-1.0, 1.0))
-        except GraphError:  # the law ends here
-            break
-    return stretch

@@ -323,20 +323,14 @@ class Switched:
         while True:
             state = self.carried(stored, at, t)
             values, beyond = self.margins(at, np.array([t]), state[:, None])
-            change = self._change(at, values[:, 0], beyond)
+            failed = (p for value, p in zip(values[:, 0], beyond, strict=True) if value < -_NOTHING * self.scale.get(p, 0.0))
+            change = next(failed, None)
             if change is None:
                 return at, state
-            at = change
+            at = (*at[: change[0]], change[1], *at[change[0] + 1 :])
             if at in seen:
                 self._chatters(t, seen)
             seen.append(at)
-
-    def _change(self, at: Mode, values: Array, beyond: Sequence[tuple[int, int]]) -> Mode | None:
-        for k, value in enumerate(values):
-            if value < -_NOTHING * self.scale.get(beyond[k], 0.0):
-                place, state = beyond[k]
-                return (*at[:place], state, *at[place + 1 :])
-        return None
 
     def _chatters(self, t: float, seen: Sequence[Mode]) -> None:
         last = {k for one in seen for two in seen for k, (a, b) in enumerate(zip(one, two, strict=True)) if a != b}

@@ -426,16 +426,6 @@ class Walk:
             pair = self._motions[id(motion)] = here, self._call(_here, (motion.position, anchor, anchor))
         return pair
 
-    def _modulus(self, ratio: Modulus | Function, name: str) -> tuple[Any, tuple[tuple[str, Any], ...]]:
-        """A transformer's ratio, and its partial derivatives by the names that it depends on."""
-        if isinstance(ratio, Function):
-            value, partials = self._partials(ratio, name)
-            return value, tuple((n, p) for n, p in zip(ratio.of, partials, strict=True) if n not in self.graph.parameters)
-        here = self._both(ratio.motion)[0]
-        of = self.tables.displacement_of[ratio.motion.of]
-        value, slope = (self._call(lambda at, pick=pick: pick(at.position), (here,)) for pick in (ratio.value, ratio.slope))
-        return value, ((of, slope),)
-
     def _ratio(self, ratio: Ratio) -> Any:
         return self.moduli[id(ratio)][0] if isinstance(ratio, Function | Modulus) else ratio
 
@@ -472,7 +462,20 @@ class Walk:
     def _gain(self) -> None:
         """The gains of every variable, {column: gain}."""
         for ratio, name in self.tables.moduli:
-            self.moduli[id(ratio)] = self._modulus(ratio, name)
+            # a transformer's ratio, and its partial derivatives by the names that it depends on
+            if isinstance(ratio, Function):
+                value, partials = self._partials(ratio, name)
+                self.moduli[id(ratio)] = (
+                    value,
+                    tuple((n, p) for n, p in zip(ratio.of, partials, strict=True) if n not in self.graph.parameters),
+                )
+            else:
+                here = self._both(ratio.motion)[0]
+                of = self.tables.displacement_of[ratio.motion.of]
+                value, slope = (
+                    self._call(lambda at, pick=pick: pick(at.position), (here,)) for pick in (ratio.value, ratio.slope)
+                )
+                self.moduli[id(ratio)] = value, ((of, slope),)
         self.gain = [{} for _ in self.form.support]
         for variable, k in self.form.column.items():
             self.gain[variable] = {k: 1.0}

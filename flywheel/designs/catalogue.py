@@ -248,7 +248,12 @@ def suitable_motors(
     if not isinstance(catalogue, Catalogue):
         catalogue = read_catalogue(catalogue, skip_faulty=skip_faulty)
     terms = Terms(at, start_time, dict(wheel_limits or {}), dict(wheel_prices or {}))
-    crank = _crank_speed(scene)
+    # the crank's speed (rad/s) for the choice of ratios: the scene's, or that of its motor's rated point
+    if scene.speed is not None or scene.drive is None:
+        crank = scene.speed
+    else:
+        rated = None if scene.motor is None else scene.motor.rated
+        crank = None if rated is None else rated.speed / scene.shafts[scene.drive.on]
     ratio = _checked(scene, ratio, crank, terms)
     adjusted = crank if ratio == ADJUSTED else None
     choice_of = partial(_choice, scene, adjusted, terms, rtol)
@@ -275,14 +280,6 @@ def _cheapest(choice: MotorChoice) -> tuple[float, float, float]:
     row = choice.motor
     power = 0.0 if row.motor.rated is None else row.motor.rated.power
     return inf if choice.total_price is None else choice.total_price, power, row.motor.inertia
-
-
-def _crank_speed(scene: Scene) -> float | None:
-    """The crank's speed (rad/s) for the choice of ratios: the scene's, or that of its motor's rated point."""
-    if scene.speed is not None or scene.drive is None:
-        return scene.speed
-    rated = None if scene.motor is None else scene.motor.rated
-    return None if rated is None else rated.speed / scene.shafts[scene.drive.on]
 
 
 def _checked(scene: Scene, ratio: str | None, crank: float | None, terms: Terms) -> str:
@@ -434,7 +431,24 @@ def _choice(scene: Scene, crank: float | None, terms: Terms, rtol: float | None,
     choice = _figures(choice, sizing, terms)
     if reason := _beyond(choice, sizing, terms):
         return choice._replace(suits=False, reason=reason)
-    return _started(choice, sizing, machine, terms)
+    motor = machine.scene.motor
+    assert motor is not None
+    if not maps(motor) or motor.keeps_step:
+        return _in_time(choice, machine, terms)
+    inertia = _wheel_inertia(sizing) * machine.scene.flywheel_ratio**2
+    at = _place(choice, terms)
+    rough = sizing.machine if machine.has_joint_friction and sizing.machine is not None else machine
+    with np.errstate(all="ignore"):
+        run = mapped_run_up(rough, inertia, at, _full_speed(motor, choice))
+    if not run.reached:
+        return choice._replace(suits=None if run.reached is None else False, reason=_short_of_it(run, choice))
+    limit = motor.locked_rotor_limit() or motor.locked_rotor_limit(cold=True)
+    start = StartOfMotor(run.time, run.turns, run.current_squared, limit, MAPPED)
+    choice = choice._replace(start=start)
+    shares = start.share, None if terms.start_time is None else start.time / terms.start_time
+    close = any(share is not None and abs(share - 1.0) < _NEAR_BOUND for share in shares)
+    timed = _in_time(choice, machine, terms) if close and start.turns <= _MOST_TURNS else choice
+    return _judged(choice, terms) if timed.start is start else timed
 
 
 def _ratio(scene: Scene) -> float:
@@ -480,28 +494,6 @@ def _breaks_away(machine: Machine, at: float) -> bool:
     states = () if dynamics.circuit is None else dynamics.circuit.steady(0.0)
     with np.errstate(all="ignore"):
         return bool(dynamics.from_rest(at, *neighbours(machine, at), np.zeros(1), states)[0][0] > 0.0)
-
-
-def _started(choice: MotorChoice, sizing: Sizing, machine: Machine, terms: Terms) -> MotorChoice:
-    """The motor with its start, followed through the torque map, or in time if that is not possible."""
-    motor = machine.scene.motor
-    assert motor is not None
-    if not maps(motor) or motor.keeps_step:
-        return _in_time(choice, machine, terms)
-    inertia = _wheel_inertia(sizing) * machine.scene.flywheel_ratio**2
-    at = _place(choice, terms)
-    rough = sizing.machine if machine.has_joint_friction and sizing.machine is not None else machine
-    with np.errstate(all="ignore"):
-        run = mapped_run_up(rough, inertia, at, _full_speed(motor, choice))
-    if not run.reached:
-        return choice._replace(suits=None if run.reached is None else False, reason=_short_of_it(run, choice))
-    limit = motor.locked_rotor_limit() or motor.locked_rotor_limit(cold=True)
-    start = StartOfMotor(run.time, run.turns, run.current_squared, limit, MAPPED)
-    choice = choice._replace(start=start)
-    shares = start.share, None if terms.start_time is None else start.time / terms.start_time
-    close = any(share is not None and abs(share - 1.0) < _NEAR_BOUND for share in shares)
-    timed = _in_time(choice, machine, terms) if close and start.turns <= _MOST_TURNS else choice
-    return _judged(choice, terms) if timed.start is start else timed
 
 
 def _place(choice: MotorChoice, terms: Terms) -> float:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from flywheel.designs.figures import each_of
-from flywheel.designs.optimum import Combination, FigureFormula, Optimum, best_design, combinations_of
+from flywheel.designs.optimum import Combination, FigureFormula, best_design, combinations_of
 from flywheel.designs.sweep_results import ParetoFront, ParetoPoint, front
 from flywheel.designs.variation import NAMES, Variation, limits_of
 from flywheel.machine.machine import Machine, scene_of
@@ -174,11 +174,11 @@ def _point(
         return error
     if best.interrupted:
         raise KeyboardInterrupt
-    return ParetoPoint(_values(family, formulas, best), best.numbers, choices, best.confirmed)
-
-
-def _values(family: Variation, formulas: Sequence[FigureFormula], best: Optimum) -> tuple[float, ...]:
-    """The values of the objectives at a design."""
     column = np.array(list(best.numbers.values()), float)[:, None]
-    values = np.array([[best.figures.get(name, np.nan)] for name in NAMES])
-    return tuple(float(formula(family, column, values)[0]) for formula in formulas)
+    figures = np.array([[best.figures.get(name, np.nan)] for name in NAMES])
+    return ParetoPoint(
+        tuple(float(formula(family, column, figures)[0]) for formula in formulas),
+        best.numbers,
+        choices,
+        best.confirmed,
+    )

@@ -448,7 +448,14 @@ def _sampled(
     else:
         standard = _standard(unit)
         points = scatter.points(family.nominal, standard)
-    powers = _powers(count, samples // 4)
+    # degrees of the terms of a polynomial of the highest degree, up to 4, with a limited number of terms
+    rows, degrees = [(0,) * count], [(0,) * count]
+    for _ in range(4):
+        rows = sorted({(*row[:i], row[i] + 1, *row[i + 1 :]) for row in rows for i in range(count)}, reverse=True)
+        if len(degrees) + len(rows) > samples // 4:
+            break
+        degrees += rows
+    powers = np.array(degrees, dtype=np.int64)
     more = np.clip(unit_points("sobol", _MODEL_POINTS, count, [seed, _REPEATS]), _TAIL_SHARE, 1.0 - _TAIL_SHARE)
     further = 2.0 * more - 1.0 if intervals else _standard(more)
     basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
@@ -466,17 +473,6 @@ def _standard(unit: Array) -> Array:
     from scipy.special import ndtri
 
     return np.asarray(ndtri(unit))
-
-
-def _powers(count: int, most: int) -> NDArray[np.int64]:
-    """Degrees of the terms of a polynomial of the highest degree, up to 4, with a limited number of terms."""
-    rows, powers = [(0,) * count], [(0,) * count]
-    for _ in range(4):
-        rows = sorted({(*row[:i], row[i] + 1, *row[i + 1 :]) for row in rows for i in range(count)}, reverse=True)
-        if len(powers) + len(rows) > most:
-            break
-        powers += rows
-    return np.array(powers, dtype=np.int64)
 
 
 def _basis(standard: Array, powers: NDArray[np.int64], *, normal: bool) -> Array:

@@ -544,7 +544,18 @@ class _Reasons:
 
     def __call__(self, figure: str, j: int, *, corner: bool, jump: bool) -> str:
         """The reason for a figure and a number, in a sentence without its beginning."""
-        below, above = self._beside(j)
+        # the designs just below and above, or the reasons of their refusal
+        if j not in self.sides:
+            neighbours: list[Sizing | str] = []
+            for sign in (-1.0, 1.0):
+                column = self.family.nominal.copy()
+                column[j] += sign * _CORNER_STEP * self.family.scales[j]
+                try:
+                    neighbours.append(self.family.at(column))
+                except SceneError as error:
+                    neighbours.append(str(error).splitlines()[0])
+            self.sides[j] = (neighbours[0], neighbours[1])
+        below, above = self.sides[j]
         if isinstance(below, str) or isinstance(above, str):
             sides = [("below", below), ("above", above)]
             return "; ".join(f"refused {side}: {why}" for side, why in sides if isinstance(why, str))
@@ -559,20 +570,6 @@ class _Reasons:
         if jump:
             return "it jumps"
         return "a structure changes: ends of windows, or places where laws switch, meet" if corner else "no limit was found"
-
-    def _beside(self, j: int) -> tuple[Sizing | str, Sizing | str]:
-        """The designs just below and above, or the reasons of their refusal."""
-        if j not in self.sides:
-            sides: list[Sizing | str] = []
-            for sign in (-1.0, 1.0):
-                column = self.family.nominal.copy()
-                column[j] += sign * _CORNER_STEP * self.family.scales[j]
-                try:
-                    sides.append(self.family.at(column))
-                except SceneError as error:
-                    sides.append(str(error).splitlines()[0])
-            self.sides[j] = (sides[0], sides[1])
-        return self.sides[j]
 
 
 def _angle(sizing: Sizing, which: str, row: int) -> float | None:

@@ -434,7 +434,29 @@ def _check_limits(scene: Scene, law: _PositionLaw, limits: Mapping[str, tuple[fl
 
 def _law_of(scene: Scene, law: object, until: float | None) -> _PositionLaw:
     if isinstance(law, Path) or (isinstance(law, str) and law.strip().lower().endswith(".csv")):
-        return _table(scene, *_columns(scene, Path(law)), until, f"the table {Path(law).name}")
+        # times (s) and positions (rad or m) of a CSV file, in the units that its header has in brackets
+        path = Path(law)
+        if not path.is_file():
+            raise SceneError([Fault("law", f"no file {show(str(path))}", "a CSV file with times and positions")])
+        faults = Faults()
+        columns = read_columns(path.name, None, path.parent, "law", faults)
+        if columns is None:
+            raise SceneError(list(faults))
+        position = "length" if scene.sliding else "angle"
+        with path.open(encoding="utf-8-sig") as stream:
+            head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
+        units = [_UNIT.search(name) for name in (*re.split(r"[,;\t]", head), "")[:2]]
+        try:
+            parts = [
+                parse_unit(unit[1] or unit[2], what) if unit else Unit()
+                for unit, what in zip(units, ("time", position), strict=True)
+            ]
+        except QuantityError as error:
+            raise SceneError([Fault("law", error.defect, error.expected, f"in the header of {path.name}")]) from None
+        time_rows, path_rows = (
+            np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, parts, strict=True)
+        )
+        return _table(scene, time_rows, path_rows, until, f"the table {Path(law).name}")
     if isinstance(law, str):
         return _formula(scene, law, _needed(until))
     if callable(law):
@@ -540,31 +562,6 @@ def _table(scene: Scene, times: Array, positions: Array, until: float | None, wo
 
 
 _UNIT = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)")
-
-
-def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
-    """Times (s) and positions (rad or m) of a CSV file, in the units that its header has in brackets."""
-    if not path.is_file():
-        raise SceneError([Fault("law", f"no file {show(str(path))}", "a CSV file with times and positions")])
-    faults = Faults()
-    columns = read_columns(path.name, None, path.parent, "law", faults)
-    if columns is None:
-        raise SceneError(list(faults))
-    position = "length" if scene.sliding else "angle"
-    with path.open(encoding="utf-8-sig") as stream:
-        head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
-    units = [_UNIT.search(name) for name in (*re.split(r"[,;\t]", head), "")[:2]]
-    try:
-        parts = [
-            parse_unit(unit[1] or unit[2], what) if unit else Unit()
-            for unit, what in zip(units, ("time", position), strict=True)
-        ]
-    except QuantityError as error:
-        raise SceneError([Fault("law", error.defect, error.expected, f"in the header of {path.name}")]) from None
-    times, positions = (
-        np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, parts, strict=True)
-    )
-    return times, positions
 
 
 def _function(law: Callable[..., Any], until: float) -> _PositionLaw:

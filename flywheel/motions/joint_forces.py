@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -444,26 +444,22 @@ def closely(forces: JointForces, along: Callable[[Array], JointForces], count: i
     jump.
     """
     phi = close_angles(forces, count)
-    curves = along(phi)
-    ends = np.arange(phi.size)
-    before, after = np.maximum(ends - 1, 0), np.minimum(ends + 1, phi.size - 1)
-    places, _ = _extreme_places(curves, phi, before, after, lambda q, _: along(q))
-    return along(np.unique(np.concatenate((phi, places))))
+    return _with_extremes(lambda q, _: along(q), phi, np.zeros(phi.size, dtype=np.intp))
 
 
 def closely_along(run: Transient, *, inertia: bool = True, friction: bool = True) -> JointForces:
     """Forces at times close to one another along a motion that was followed, and where every curve is least and greatest."""
-    times, owners = close_times(run)
+    return _with_extremes(partial(along_run, run, inertia=inertia, friction=friction), *close_times(run))
 
-    def along(t: Array, stretches: Indices) -> JointForces:
-        return along_run(run, t, stretches, inertia=inertia, friction=friction)
 
-    every = np.arange(times.size)
-    before, after = np.maximum(every - 1, 0), np.minimum(every + 1, times.size - 1)
+def _with_extremes(along: Callable[[Array, Indices], JointForces], places: Array, owners: Indices) -> JointForces:
+    """Forces at places, coordinates or times in stretches, and where every curve is least and greatest within a stretch."""
+    every = np.arange(places.size)
+    before, after = np.maximum(every - 1, 0), np.minimum(every + 1, places.size - 1)
     before = np.where(owners[before] == owners, before, every)
     after = np.where(owners[after] == owners, after, every)
-    more, which = _extreme_places(along(times, owners), times, before, after, lambda t, tops: along(t, owners[tops]))
-    rows = np.unique(np.column_stack((np.append(owners, owners[which]), np.append(times, more))), axis=0)
+    more, which = _extreme_places(along(places, owners), places, before, after, lambda q, tops: along(q, owners[tops]))
+    rows = np.unique(np.column_stack((np.append(owners, owners[which]), np.append(places, more))), axis=0)
     return along(np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp))
 
 

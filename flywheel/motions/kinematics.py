@@ -464,7 +464,13 @@ def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> tuple[Any
 
 
 def _extremes(
-    moving: Moving, course: DriverCourse, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
+    moving: Moving,
+    course: DriverCourse,
+    over: str,
+    mesh: cells.Cells,
+    series: Array,
+    rows: Sequence[_Row],
+    level: Array,
 ) -> dict[str, tuple[Extreme, ...]]:
     """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
     row, where, t, extreme_values, half, bend, wide = _turning_points(mesh, series, level)

@@ -17,10 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.motion.simulation import Run
 from bondgraph.numerics import summits
-from flywheel.components.motors import Motor
-from flywheel.components.motors.motor import Circuit
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import NODES, Along, Trail
+from flywheel.machine.dynamics import NODES, Trail
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion
 from flywheel.motions.starting import StartHeat, start_heat
@@ -198,20 +196,16 @@ class Samples(NamedTuple):
     states: dict[str, Array] | None = None
 
 
-def _current(motor: Motor | None, circuit: Circuit | None, ratio: float, here: Along) -> Array | None:
-    """The current (A) of a motor, by its own states where it has any; None if its type does not give it."""
-    if circuit is not None:
-        current: Array | None = circuit.current(ratio * here.omega, here.states)
-        return current
-    return None if motor is None else motor.current_along(ratio * here.omega, here.time, here.anchor.time)
-
-
 def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:
     """The motion at times within it; at an end of a stretch `owners` select the side (the stretch before if None)."""
     dynamics, parts, own = trail.dynamics, list[Any](), list[Array]()
     motor, ratio, circuit = dynamics.machine.scene.motor, dynamics.ratio, dynamics.circuit
     for portion, states, here in trail.along(times, trail.owners(times) if owners is None else owners):
-        current = _current(motor, circuit, ratio, here)
+        # the current (A) of a motor, by its own states where it has any; None if its type does not give it
+        if circuit is not None:
+            current: Array | None = circuit.current(ratio * here.omega, here.states)
+        else:
+            current = None if motor is None else motor.current_along(ratio * here.omega, here.time, here.anchor.time)
         now, omega = dynamics.at_many(*here), states[1]
         drive = dynamics.moments(*here, now).get(DRIVE, np.zeros_like(omega))
         kinetic, shaft = 0.5 * now.inertia * omega**2, drive / dynamics.ratio
@@ -303,20 +297,6 @@ def column(samples: Samples, name: str) -> Array:
     return np.asarray(np.abs(samples.omega) if name == "omega" else getattr(samples, name))
 
 
-def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
-    """A column of samples, with only the laws it needs: a speed needs none, a drive no friction in joints."""
-    dynamics = trail.dynamics
-    if name == "omega":
-        return np.asarray(np.abs(trail.states(times, owners)[1]))
-    if name not in ("drive", "power"):
-        return column(sampled(trail, times, owners), name)
-    parts = [np.zeros(0)]
-    for _, states, here in trail.along(times, owners):
-        drive = dynamics.moments(*here, rubbing=False).get(DRIVE, np.zeros_like(states[1]))
-        parts.append(drive / dynamics.ratio if name == "drive" else drive * states[1])
-    return np.concatenate(parts)
-
-
 def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
     """The greatest values about each of the highest samples; the very greatest sample first.
 
@@ -334,7 +314,17 @@ def highest(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     tops = top[np.argsort(values[top], kind="stable")[-_TOPS:]]
 
     def along(grid: Array, which: Indices) -> Array:
-        return _figure(trail, name, grid.ravel(), np.repeat(owners[tops[which]], grid.shape[1])).reshape(grid.shape)
+        # with only the laws that the figure needs: a speed needs none, a drive no friction in joints
+        at, sides = grid.ravel(), np.repeat(owners[tops[which]], grid.shape[1])
+        if name == "omega":
+            return np.asarray(np.abs(trail.states(at, sides)[1])).reshape(grid.shape)
+        if name not in ("drive", "power"):
+            return column(sampled(trail, at, sides), name).reshape(grid.shape)
+        parts = [np.zeros(0)]
+        for _, states, here in trail.along(at, sides):
+            drive = trail.dynamics.moments(*here, rubbing=False).get(DRIVE, np.zeros_like(states[1]))
+            parts.append(drive / trail.dynamics.ratio if name == "drive" else drive * states[1])
+        return np.concatenate(parts).reshape(grid.shape)
 
     peaks = summits(along, times[beside(tops, -1)], times[beside(tops, 1)], _FINER, _ROUNDS)
     nearby = values[tops] >= peaks.value

@@ -21,7 +21,6 @@ from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
 from flywheel.motions.stroke_course import (
-    Side,
     crank_at,
     drive_load,
     driven_inertia,
@@ -487,22 +486,19 @@ class _Run(NamedTuple):
     def of(cls, strokes: Strokes, phases: Phases) -> _Run:
         """The speeds of a stroke that returns."""
         energy = _energy(strokes, phases)
-        sides = driving_sides(strokes, phases)
-        windings = temperature(strokes, sides)
-        figures = _figures(strokes, phases, sides, energy, windings)
+        windings = temperature(strokes, driving_sides(strokes, phases))
+        figures = _figures(strokes, phases, energy, windings)
         shares = {name: figures[key] / limit for name, (key, limit) in load_limits(strokes, phases, figures).items()}
         return cls(phases, figures, shares, energy, windings)
 
 
-def _figures(
-    strokes: Strokes, phases: Phases, sides: list[Side], energy: Mapping[str, float], windings: Temperature | None
-) -> dict[str, Any]:
+def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float], windings: Temperature | None) -> dict[str, Any]:
     """All figures but the greatest rate."""
     plan, wheel = strokes.plan, strokes.wheel
+    sides, point = driving_sides(strokes, phases), servo_load(strokes, phases)
     speeds, slowest = speed_extremes(sides)
     slips, locked = phases.slips, [leg.driven for leg in phases.legs if not leg.sense]
     drive = drive_load(strokes, sides, phases.period)
-    point = servo_load(strokes, phases)
     fed: list[float | None] = [*(max(one.value, 0.0) for one in inverter_loads(strokes, phases))] or [None, None]
     hours = _HOUR / phases.period
     return {

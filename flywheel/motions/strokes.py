@@ -357,7 +357,14 @@ class Strokes:
             goals.append(near)
         recovery = self._run(self.driving, start, goals, lasting - release_time)
         if recovery.goal == "idle":
-            recovery = self._idling(recovery, lasting - release_time)
+            # to the end in one step, however long that is
+            step, offset, anchor = recovery.stretches[-1]
+            state, idle = tuple(map(float, step.last)), self.typical * self.ratio
+            rate = self._acceleration(state[1]) / (idle - state[1])
+            inertia = self.driving.at(math.pi, math.pi, idle, 0.0).inertia
+            idling = Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, lasting - release_time)
+            rest = Stretch(idling, offset, anchor)
+            recovery = recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
         if regained is not None and recovery.goal != "speed":
             defect = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
             raise SceneError([Fault("drive", defect, "a motor that does", "a stronger motor")])
@@ -387,15 +394,6 @@ class Strokes:
 
     def _acceleration(self, omega: float) -> float:
         return float(self.driving.at(math.pi, math.pi, omega, 0.0).acceleration)
-
-    def _idling(self, recovery: Trail, end: float) -> Trail:
-        """A recovery that has come near the idling speed, to a time (s): in one step however long that is."""
-        step, offset, anchor = recovery.stretches[-1]
-        state, idle = tuple(map(float, step.last)), self.typical * self.ratio
-        rate = self._acceleration(state[1]) / (idle - state[1])
-        inertia = self.driving.at(math.pi, math.pi, idle, 0.0).inertia
-        rest = Stretch(Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, end), offset, anchor)
-        return recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
 
     def engaged(self, speed: float, rest: float, touch: float | None = None) -> tuple[tuple[Leg, ...], float | None]:
         """The legs of a stroke until the clutch has opened, and the time (s) of the brake if it is applied before.
@@ -447,7 +445,12 @@ class Strokes:
         return (_last(leg.driving)[1] if leg.sense else self.ratio * crank[1]), crank
 
     def _slip(
-        self, dynamics: tuple[MachineDynamics, MachineDynamics], side: Start, crank: Start, acting: Acting, fresh: bool
+        self,
+        dynamics: tuple[MachineDynamics, MachineDynamics],
+        side: Start,
+        crank: Start,
+        acting: Acting,
+        fresh: bool,
     ) -> tuple[Trail, Trail]:
         """Both sides while the clutch slips, from the end of a locked leg (`fresh`) or from any speeds."""
         ratio, begin, goals, sense, turn = self.ratio, side.time, acting.goals, acting.sense, TURN / self.typical

@@ -761,36 +761,29 @@ def approached(
     polynomials, change = tuple(near), arb("inf")
     for _ in range(_MOST_CYCLES):
         rates = [next(iter(cell.inner(series(own, order)))) for cell, own in zip(cells, polynomials, strict=True)]
-        corrections = _corrections(cells, polynomials, rates, growing, order)
+        # corrections by a step of Newton's method
+        parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
+        following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
+        for polynomial, rate, growth, (after, next_own) in zip(polynomials, rates, growing, following, strict=True):
+            missed = series(_middles(_polynomial(rate, order - 1) - polynomial.derivative()), order - 1)
+            forced = growth.alone * _middles(arb_poly((growth.inverse * missed).integral().coeffs()))
+            forced -= growth.alone * forced(growth.low)
+            jump = polynomial(growth.high) - next_own(after.low.mid() - after.middle)
+            ahead = growth.alone(growth.high)
+            grown, gap = (grown * ahead).mid(), (gap * ahead + forced(growth.high) + jump).mid()
+            parts.append((growth, forced, jump))
+        if not grown < 1:
+            raise UnprovenError("a steady motion that is stable")
+        corrections, value = list[Any](), (gap / (1 - grown)).mid()
+        for growth, forced, jump in parts:
+            corrections.append(forced + value * growth.alone)
+            value = (corrections[-1](growth.high) + jump).mid()
         last = change
         change = reduce(arb.max, (own(cell.span).abs_upper() for cell, own in zip(cells, corrections, strict=True)))
         if change < error or not change < _SHRUNK * last:
             return polynomials, rates
         polynomials = tuple(_middles(own + more) for own, more in zip(polynomials, corrections, strict=True))
     raise UnprovenError("that a steady motion is near")
-
-
-def _corrections(
-    cells: Sequence[BallPlace], polynomials: Sequence[Any], rates: Sequence[Any], growing: Sequence[Growth], order: int
-) -> list[Any]:
-    """The corrections of polynomials by a step of Newton's method."""
-    parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
-    following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
-    for own, rate, growth, (after, next_own) in zip(polynomials, rates, growing, following, strict=True):
-        missed = series(_middles(_polynomial(rate, order - 1) - own.derivative()), order - 1)
-        forced = growth.alone * _middles(arb_poly((growth.inverse * missed).integral().coeffs()))
-        forced -= growth.alone * forced(growth.low)
-        jump = own(growth.high) - next_own(after.low.mid() - after.middle)
-        ahead = growth.alone(growth.high)
-        grown, gap = (grown * ahead).mid(), (gap * ahead + forced(growth.high) + jump).mid()
-        parts.append((growth, forced, jump))
-    if not grown < 1:
-        raise UnprovenError("a steady motion that is stable")
-    corrections, value = list[Any](), (gap / (1 - grown)).mid()
-    for growth, forced, jump in parts:
-        corrections.append(forced + value * growth.alone)
-        value = (corrections[-1](growth.high) + jump).mid()
-    return corrections
 
 
 def solution(cell: BallPlace, value: Any, near: Any, order: int, error: float) -> Any:

@@ -546,7 +546,12 @@ def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
     ends = motion.edge_start, motion.edge_by, motion.edge_rest[..., None]
     around = np.concatenate([rows[..., base, :, :] for rows in ends], axis=-1)
     if first:
-        motion = _unrolled(motion, first)
+        # from phi = 0 on
+        start, by, rest = (np.roll(rows, first, axis=0) for rows in motion[:3])
+        edge_start, edge_by, edge_rest = (
+            np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]])) for rows in motion[3:6]
+        )
+        motion = Changes(start, by, rest, edge_start, edge_by, edge_rest)
     motion.edge_rest[..., -1, :] -= gap
     return motion._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
 
@@ -559,15 +564,6 @@ def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arra
     )
     nodes = motion.start[::-1, :, ::-1], motion.by[::-1, :, ::-1], motion.rest[::-1, :, ::-1]
     return Changes(*nodes, motion.edge_start[::-1], motion.edge_by[::-1], motion.edge_rest[::-1])
-
-
-def _unrolled(motion: Changes, first: int) -> Changes:
-    """Changes found from the cell `first` round to itself, from phi = 0 on."""
-    start, by, rest = (np.roll(rows, first, axis=0) for rows in motion[:3])
-    edge_start, edge_by, edge_rest = (
-        np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]])) for rows in motion[3:6]
-    )
-    return Changes(start, by, rest, edge_start, edge_by, edge_rest)
 
 
 def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:

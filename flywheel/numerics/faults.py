@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from itertools import accumulate
 from math import degrees
 from numbers import Real
@@ -270,7 +271,11 @@ def array(path: str, value: object) -> Array:
     Traceback (most recent call last):
     flywheel.numerics.faults.SceneError: q: found "20", expected finite numbers
     """
-    values = _converted(value)
+    values = None  # of texts, truth values, ragged lists and objects
+    if value is not None:
+        with suppress(TypeError, ValueError):
+            numbers = np.asarray(value)  # of other libraries too
+            values = np.asarray(numbers, dtype=float) if numbers.dtype.kind in "fiuO" else None
     if values is None:
         raise SceneError([Fault(path, brief(value), "finite numbers")])
     if not np.isfinite(values).all():
@@ -300,14 +305,3 @@ def brief(value: object) -> str:
 
 def _numeric(value: object) -> bool:
     return isinstance(value, _NUMBERS) and not isinstance(value, bool)
-
-
-def _converted(value: object) -> Array | None:
-    """Numbers as an array, those of other libraries too; None for texts, truth values, ragged lists and objects."""
-    if value is None:
-        return None
-    try:
-        values = np.asarray(value)
-        return np.asarray(values, dtype=float) if values.dtype.kind in "fiuO" else None
-    except (TypeError, ValueError):
-        return None

@@ -569,11 +569,15 @@ def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
         return "?"
     if value == 0.0 or abs(value) <= error:
         return "0"
-    digits = most
-    if error > 0.0:
-        digits = min(most, math.floor(math.log10(abs(value))) + 1 - math.ceil(math.log10(error)))
     # value > error leaves at least half a digit: the one that is then shown is good to its own size
-    return f"{value:.{max(digits, 1)}g}"
+    return f"{value:.{max(certain_digits(value, error, most), 1)}g}"
+
+
+def certain_digits(value: float, error: float, most: int) -> int:
+    """The significant digits that an absolute error below the value leaves, at most `most`."""
+    if not error > 0.0:
+        return most
+    return min(most, math.floor(math.log10(abs(value))) + 1 - math.ceil(math.log10(error)))
 
 
 def round_speed(speed: float) -> str:

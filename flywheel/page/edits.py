@@ -12,7 +12,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -31,7 +31,7 @@ from flywheel.page.places import example_of, places_of
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import LARGEST, file_text, parse_scene
-from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, Section, keys_for
+from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, keys_for
 from flywheel.reading.toml_edits import EditError, literal, quoted, value_at, with_value, without
 from flywheel.reading.toml_text import Outline, outline
 from flywheel.reading.toml_text import Path as KeyPath
@@ -96,7 +96,12 @@ class Draft:
             return with_value(self.outline, new, written_as(field, value))
         if more is None:
             raise EditError("a key that cannot be added here")
-        return self._with_more(new, more, value)
+        written = written_more(more, value)
+        outline = self.outline
+        for name in more.instead:
+            with suppress(EditError):
+                outline = without(outline, (*new[:-1], name))
+        return with_value(outline, new, written)
 
     def _snippet(self, place: KeyPath | None) -> str:
         value = self.outline.values.get(place or ())
@@ -132,15 +137,6 @@ class Draft:
         number = si if scale is None else si * scale.denominator / scale.numerator
         return f"{number:.10g} {unit}".strip()
 
-    def _with_more(self, place: KeyPath, more: More, value: str) -> Outline:
-        """Adds a key or a table, and removes what it replaces."""
-        written = written_more(more, value)
-        outline = self.outline
-        for name in more.instead:
-            with suppress(EditError):
-                outline = without(outline, (*place[:-1], name))
-        return with_value(outline, place, written)
-
     # -- another type
 
     def _of_type(self, place: KeyPath, kind: str) -> Outline:
@@ -150,20 +146,19 @@ class Draft:
         """
         typed = with_value(self.outline, place, quoted(kind, self._snippet(place)))
         above = place[:-1]
-        made = [self._with_table(typed, above, *beginning) for beginning in _beginnings(above, kind, typed.mapping)]
+        made = list[Outline]()
+        for keep, begun in _beginnings(above, kind, typed.mapping):
+            outline = typed
+            for key in list(value_at(outline.mapping, above)):
+                if key not in keep:
+                    outline = without(outline, (*above, key))
+            for path, value in begun.items():
+                if value_at(outline.mapping, path) is None:
+                    outline = with_value(outline, path, value)
+            made.append(outline)
         if len(made) < 2:
             return made[0] if made else typed
         return min(made, key=lambda changed: _faults_within(changed, above))
-
-    def _with_table(self, outline: Outline, above: KeyPath, keep: set[str], begun: Mapping[KeyPath, str]) -> Outline:
-        """The text with the keys of a table that stay, and with those that are added."""
-        for key in list(value_at(outline.mapping, above)):
-            if key not in keep:
-                outline = without(outline, (*above, key))
-        for path, value in begun.items():
-            if value_at(outline.mapping, path) is None:
-                outline = with_value(outline, path, value)
-        return outline
 
 
 def _faults_within(changed: Outline, above: KeyPath) -> int:
@@ -245,7 +240,25 @@ def _beginnings(above: KeyPath, kind: str, mapping: Mapping[str, Any]) -> list[B
     table = value_at(mapping, above)
     if above[-1] in _TAKEN_BY:
         section = _TAKEN_BY[str(above[-1])].get(kind)
-        return [] if section is None else _of_section(above, section, table, mapping)
+        if section is None:
+            return []
+        # with all values that fit, with the initial ones, with neither
+        rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
+        values_begun = {(*above, key): value for key, value in _begun(section.begin, rotating).items()}
+        for key in section.keys:
+            example = example_of(key) if key.required else None
+            if example is not None:
+                values_begun.setdefault((*above, key.name), literal(example))
+        names = {key.name for key in section.keys}
+        required = {(*above, key.name) for key in section.keys if key.required}
+        least = {path: value for path, value in values_begun.items() if path in required}
+        ways: list[Beginning] = [
+            *([(names, least)] if (names & table.keys()) - {"type", "inertia"} else []),
+            (names, values_begun),
+            ({"type", "inertia", *(str(path[-1]) for path in values_begun)}, values_begun),
+            ({"type", "inertia"}, values_begun),
+        ]
+        return [way for k, way in enumerate(ways) if way not in ways[:k]]
     for name, section, by_type in (("joints", JOINT, JOINT_KEYS), ("couplings", COUPLING, COUPLING_KEYS)):
         if name in above and kind in by_type:
             keep = {key.name for key in keys_for(section, by_type[kind])}
@@ -256,26 +269,6 @@ def _beginnings(above: KeyPath, kind: str, mapping: Mapping[str, Any]) -> list[B
     if above[0] == "mechanism" and kind in KINDS and len(above) <= 2:
         return [_mechanism(above, kind, table, mapping)]
     return []
-
-
-def _of_section(above: KeyPath, section: Section, table: Mapping[str, Any], mapping: Mapping[str, Any]) -> list[Beginning]:
-    """Initial contents of a motor, or of a load's model: with all values that fit, with the initial ones, with neither."""
-    rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
-    begun = {(*above, key): value for key, value in _begun(section.begin, rotating).items()}
-    for key in section.keys:
-        example = example_of(key) if key.required else None
-        if example is not None:
-            begun.setdefault((*above, key.name), literal(example))
-    names = {key.name for key in section.keys}
-    required = {(*above, key.name) for key in section.keys if key.required}
-    least = {path: value for path, value in begun.items() if path in required}
-    ways: list[Beginning] = [
-        *([(names, least)] if (names & table.keys()) - {"type", "inertia"} else []),
-        (names, begun),
-        ({"type", "inertia", *(str(path[-1]) for path in begun)}, begun),
-        ({"type", "inertia"}, begun),
-    ]
-    return [way for k, way in enumerate(ways) if way not in ways[:k]]
 
 
 def _begun(values: Mapping[str, Any], rotating: bool) -> dict[str, str]:
@@ -533,15 +526,14 @@ def _example_files() -> dict[str, Path]:
 @cache
 def examples() -> tuple[dict[str, str], ...]:
     """Every starter and example: id, title, group."""
-    return tuple(_listed())
-
-
-def _listed() -> Iterator[dict[str, str]]:
-    for kind in kinds():
-        yield {"id": f"starter/{kind}", "title": _title(starter(kind), kind), "group": "starters", "kind": kind}
+    listed = [
+        {"id": f"starter/{kind}", "title": _title(starter(kind), kind), "group": "starters", "kind": kind}
+        for kind in kinds()
+    ]
     for name, file in _example_files().items():
-        text = file.read_text("utf-8")
-        yield {"id": name, "title": _title(text, file.stem), "group": file.parent.name, "kind": file.stem}
+        title = _title(file.read_text("utf-8"), file.stem)
+        listed.append({"id": name, "title": title, "group": file.parent.name, "kind": file.stem})
+    return tuple(listed)
 
 
 def _title(text: str, name: str) -> str:

@@ -618,22 +618,6 @@ class _Handler(BaseHTTPRequestHandler):
             raise RefusedError(HTTPStatus.FORBIDDEN)
         return below, dict(parse_qsl(query[:1000], max_num_fields=10, keep_blank_values=True))
 
-    def _body(self) -> bytes:
-        """The JSON that a call brings; it must state its length, which is limited."""
-        if (self.headers.get("Content-Type") or "").partition(";")[0].strip().lower() != "application/json":
-            raise RefusedError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
-        lengths = self.headers.get_all("Content-Length") or []
-        if "Transfer-Encoding" in self.headers:  # of a length that nobody knows
-            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
-        if len(lengths) != 1 or not (lengths[0].isascii() and lengths[0].isdigit()):
-            raise RefusedError(HTTPStatus.LENGTH_REQUIRED)
-        if len(lengths[0]) > 9 or int(lengths[0]) > LARGEST_BODY:
-            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
-        body = self.rfile.read(int(lengths[0]))
-        if len(body) < int(lengths[0]):
-            raise RefusedError(HTTPStatus.BAD_REQUEST)
-        return body
-
     # -- what is answered
 
     def _get(self) -> Reply:
@@ -656,7 +640,19 @@ class _Handler(BaseHTTPRequestHandler):
         below, _ = self._below_secret()
         if below not in _CALLS:
             raise RefusedError(HTTPStatus.NOT_FOUND)
-        body = self._body()
+        # it must state its length, which is limited
+        if (self.headers.get("Content-Type") or "").partition(";")[0].strip().lower() != "application/json":
+            raise RefusedError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+        lengths = self.headers.get_all("Content-Length") or []
+        if "Transfer-Encoding" in self.headers:  # of a length that nobody knows
+            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        if len(lengths) != 1 or not (lengths[0].isascii() and lengths[0].isdigit()):
+            raise RefusedError(HTTPStatus.LENGTH_REQUIRED)
+        if len(lengths[0]) > 9 or int(lengths[0]) > LARGEST_BODY:
+            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        body = self.rfile.read(int(lengths[0]))
+        if len(body) < int(lengths[0]):
+            raise RefusedError(HTTPStatus.BAD_REQUEST)
         self.server.mark_complete(self.connection)
         try:
             content = json.loads(body)

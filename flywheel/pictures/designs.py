@@ -331,7 +331,11 @@ def _curves(result: Sweep, path: str) -> Figure:
         above.plot(x, approximate, color=ORANGE, ls="--", label="approximate", **marks)
         above.fill_between(x, exact, approximate, where=light, interpolate=True, color=VERMILLION, alpha=0.25, lw=0)
         _deviation(panels[1, 0], result, x, exact, approximate, light)
-    _shade_refused(panels[:, 0], x, np.isnan(exact))
+    # bands over the numbers at which designs are refused
+    middle = np.concatenate(([x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]))
+    for k in np.flatnonzero(np.isnan(exact)):
+        for panel in panels[:, 0]:
+            panel.axvspan(middle[k], middle[k + 1], facecolor=PALE, hatch="///", edgecolor=GREY, lw=0, zorder=0)
     positive = exact[exact > 0.0]
     if positive.size and positive.size == np.isfinite(exact).sum() and positive.max() > _WIDE_SWEEP * positive.min():
         above.set_yscale("log")
@@ -366,14 +370,6 @@ def _deviation(panel: Axes, result: Sweep, x: Array, exact: Array, approximate: 
             ha="right" if k > len(x) / 2 else "left",
             fontsize=9,
         )
-
-
-def _shade_refused(panels: Any, x: Array, refused: NDArray[np.bool_]) -> None:
-    """Bands over the numbers at which designs are refused."""
-    middle = np.concatenate(([x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]))
-    for k in np.flatnonzero(refused):
-        for panel in panels:
-            panel.axvspan(middle[k], middle[k + 1], facecolor=PALE, hatch="///", edgecolor=GREY, lw=0, zorder=0)
 
 
 # -- two numbers -------------------------------------------------------------------------------------------------------

@@ -71,7 +71,9 @@ def svg(made: Figure) -> str:
 
 def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     """One mechanism at a position, with dimension lines, masses, angle, sense and gravity; and the parts left out."""
-    poses, box = view.poses(phi), _box(view, view.poses(phi))
+    poses, spare = view.poses(phi), 9.0 * view.sketch.unit  # room for dimension lines
+    outline = _outline(view, poses)
+    box = np.stack((np.nanmin(outline, axis=1) - spare, np.nanmax(outline, axis=1) + spare), axis=1)
     size = np.ptp(box, axis=1)
     height = min(max(_WIDTH * float(size[1] / size[0]), 2.4), _TALLEST)
     made = figures.figure(_WIDTH, height, "")
@@ -97,12 +99,6 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     write_names(panel, view, poses, 1.0, names, lines[1:])
     note = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
     return made, note
-
-
-def _box(view: View, poses: Poses) -> Array:
-    """The box (m) of the mechanism at this position, with room for dimension lines."""
-    outline, spare = _outline(view, poses), 9.0 * view.sketch.unit
-    return np.stack((np.nanmin(outline, axis=1) - spare, np.nanmax(outline, axis=1) + spare), axis=1)
 
 
 def _outline(view: View, poses: Poses) -> Array:

@@ -369,8 +369,13 @@ def part_of(
     rest: bool = True,
 ) -> DiagramData:
     """Positions over the cycle or stroke of a scene, about that number, and the turning moment there."""
-    axis = _axis(scene, machine, sizing, count)
-    return DiagramData(scene, machine, sizing, axis, view or {}, rest, _samples(machine, sizing, axis))
+    axis, samples = _axis(scene, machine, sizing, count), None
+    if machine is not None and sizing is not None and sizing.cycle is not None:  # the cycle of the areas
+        cycle, speed = sizing.cycle, None
+        if sizing.cyclic is not None and sizing.constant is not None:  # at a constant speed if torques depend on speed
+            cycle, speed = sizing.constant, sizing.cyclic.constant_speed
+        samples = samples_at(machine, cycle, axis.taken, speed)._replace(phi=axis.values)
+    return DiagramData(scene, machine, sizing, axis, view or {}, rest, samples)
 
 
 # -- the axis ------------------------------------------------------------------------------------------------------------
@@ -428,16 +433,6 @@ def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
     place = np.floor(phi / width)
     orders = np.lexsort((moment, place)), np.lexsort((-moment, place))
     return np.unique(np.concatenate([phi[order[np.append(True, np.diff(place[order]) > 0.0)]] for order in orders]))
-
-
-def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> CycleSamples | None:
-    """The cycle of the areas, on the axis: that at a constant speed if torques depend on speed."""
-    if sizing is None or sizing.cycle is None or machine is None:
-        return None
-    if sizing.cyclic is None or sizing.constant is None:
-        return samples_at(machine, sizing.cycle, axis.taken)._replace(phi=axis.values)
-    constant = samples_at(machine, sizing.constant, axis.taken, sizing.cyclic.constant_speed)
-    return constant._replace(phi=axis.values)
 
 
 def along_motion(part: DiagramData) -> CycleSamples:

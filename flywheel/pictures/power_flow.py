@@ -142,7 +142,10 @@ def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
     assert start is not None
     first = _shaft_of(flow, start)
     last = first if end is None else _shaft_of(flow, end)
-    way = _way(flow, first, last)
+    # the shafts from one to another, both included
+    up, down = _near(flow, first), _near(flow, last)
+    meet = next(shaft for shaft in up if shaft in down)
+    way = [*up[: up.index(meet) + 1], *reversed(down[: down.index(meet)])]
     stations: list[tuple[str, tuple[_Leaf, ...]]] = []
     taken = {entry.stream for entry in (start, end) if entry is not None}
     rest = [entry for entry in every if entry.stream not in taken and entry.stream.kind != "shaft"]
@@ -177,13 +180,6 @@ def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
 def _near(flow: PowerFlow, shaft: str) -> list[str]:
     """A shaft, and those between it and the crank."""
     return list(flow.scene.inwards(shaft))
-
-
-def _way(flow: PowerFlow, first: str, last: str) -> list[str]:
-    """The shafts from one to another, both included."""
-    up, down = _near(flow, first), _near(flow, last)
-    meet = next(shaft for shaft in up if shaft in down)
-    return [*up[: up.index(meet) + 1], *reversed(down[: down.index(meet)])]
 
 
 def _on_trunk(flow: PowerFlow, entry: Entry, way: Sequence[str]) -> str:

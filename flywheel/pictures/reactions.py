@@ -56,7 +56,15 @@ def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence
 
     """
     names = list(reactions.forces) if joints is None else list(joints)
-    _check(reactions, names)
+    unknown = [name for name in names if name not in reactions.forces]
+    if unknown:
+        near = {name: nearest(name, list(reactions.forces)) for name in unknown}
+        expected = "one of " + ", ".join(reactions.forces)
+        raise SceneError(
+            [Fault("joints", repr(n), expected, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown]
+        )
+    if np.unique(reactions.poses.q).size < 2:
+        raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
     columns = ceil(sqrt(len(names) + 1))
     rows = -(-(len(names) + 1) // columns)
     title = _("Reactions: actions of the first body of each joint on the second")
@@ -68,19 +76,6 @@ def polar(reactions: Reactions, path: str | Path | None = None, joints: Sequence
     if path is not None:
         figures.save(made, path)
     return made
-
-
-def _check(reactions: Reactions, names: Sequence[str]) -> None:
-    """Refuses names of joints that do not exist, and a single position."""
-    unknown = [name for name in names if name not in reactions.forces]
-    if unknown:
-        near = {name: nearest(name, list(reactions.forces)) for name in unknown}
-        expected = "one of " + ", ".join(reactions.forces)
-        raise SceneError(
-            [Fault("joints", repr(n), expected, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown]
-        )
-    if np.unique(reactions.poses.q).size < 2:
-        raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
 
 
 def _fill(reactions: Reactions, made: Figure, names: Sequence[str], panels: Sequence[Axes]) -> None:
@@ -101,10 +96,20 @@ def _fill(reactions: Reactions, made: Figure, names: Sequence[str], panels: Sequ
             figures.say(panel, row.title, fill(row.about, _LINE_LENGTH))
         elif row.kind == "plane":
             path = np.stack(curves)
-            _hodograph(panel, row, path)
+            # the tip of a force over the motion, with the largest one
+            figures.name_axes(panel, f"{row.title}\n{row.about}", *(f"{curve.name}, {row.unit}" for curve in row.curves))
+            _draw_path(panel, row, path)
+            worst = path[:, int(np.nanargmax(np.hypot(*path)))]
+            panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, ls="--", lw=1.2, zorder=2.5)
+            panel.set_aspect("equal", adjustable="datalim")
+            panel.margins(0.14)
+            panel.locator_params(nbins=5)
             plane.append((panel, row, q, path))
         elif row.key in done:
-            _beside_forces(panel, row, x, curves[0])
+            # the moment of a slide on a separate scale
+            other, (of_moment,) = panel.twinx(), row.curves
+            _broken(other, x, curves[0], row.breaks, color=COLOURS[of_moment.colour], ls=of_moment.dash, lw=of_moment.width)
+            other.set_ylabel(_("moment, N m (dotted)"), color=COLOURS[of_moment.colour])
         else:
             _over_driver(panel, row, x, curves, linkage.sliding)
         done.add(row.key)
@@ -137,17 +142,6 @@ def _whole_round(poses: Poses) -> float:
 _NEAR, _MANY = 0.14, 4  # of the largest force, marks within it: what is enlarged in a corner
 _CORNERS = ((0.6, 0.61), (0.12, 0.61), (0.6, 0.09), (0.12, 0.09))
 _WIDE, _TALL_CORNER = 0.37, 0.31  # of a panel's width and height: what is enlarged in a corner
-
-
-def _hodograph(panel: Axes, row: DiagramRow, path: Array) -> None:
-    """The tip of a force (2, n) over the motion, with the largest one."""
-    figures.name_axes(panel, f"{row.title}\n{row.about}", *(f"{curve.name}, {row.unit}" for curve in row.curves))
-    _draw_path(panel, row, path)
-    worst = path[:, int(np.nanargmax(np.hypot(*path)))]
-    panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, ls="--", lw=1.2, zorder=2.5)
-    panel.set_aspect("equal", adjustable="datalim")
-    panel.margins(0.14)
-    panel.locator_params(nbins=5)
 
 
 def _draw_path(panel: Axes, row: DiagramRow, path: Array) -> None:
@@ -238,13 +232,6 @@ def _over_driver(panel: Axes, row: DiagramRow, x: Array, curves: Sequence[Array]
         panel.xaxis.set_major_locator(MultipleLocator(90.0 * ceil(np.ptp(x) / 720.0)))
     if len(curves) > 1:
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.2, ncols=3, fontsize=8.5, frameon=False)
-
-
-def _beside_forces(panel: Axes, row: DiagramRow, x: Array, moment: Array) -> None:
-    """The moment of a slide on a separate scale."""
-    other, (curve,) = panel.twinx(), row.curves
-    _broken(other, x, moment, row.breaks, color=COLOURS[curve.colour], ls=curve.dash, lw=curve.width)
-    other.set_ylabel(_("moment, N m (dotted)"), color=COLOURS[curve.colour])
 
 
 def _part(component: str) -> str:

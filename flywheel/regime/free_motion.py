@@ -53,7 +53,7 @@ class SwitchingTimes:
     def __init__(self, machine: Machine, until: float) -> None:
         self.until = until
         self._switches: list[tuple[Effort, Expression]] = []  # what decides branches by time alone, with `phi` for `t`
-        self._smooth: list[tuple[Effort, Expression]] = []  # the largest parts of laws that depend on time alone, likewise
+        self._smooth: list[tuple[Effort, Expression]] = []  # the largest parts of laws of time alone, likewise
         for effort in machine.efforts:
             law = effort.load.law
             if isinstance(law, Expression) and effort.uses_time:

@@ -9,7 +9,7 @@ own speeds and accelerations (`friction_along`), such as the steady regime.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -167,25 +167,25 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
     return rows
 
 
-def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
-    """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
+def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
+    """Rates of all rough joints and their normal forces, shape (rows, n), and the sizes below which they are rounding.
+
+    These are shares of the largest of their kind in the mechanism.
+    """
     from flywheel.mechanisms.linkages.statics import joint_rate
 
+    rows = list[tuple[Array, float]]()
     for _, reactions in forces:
         poses, force = reactions.poses, reactions.scales()[0]
         rough = [joint for joint in poses.linkage.joints if joint.friction]
         for joint in rough:
             rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
-            yield joint_rate(poses, joint), float(np.abs(rates).max())
+            rows.append((joint_rate(poses, joint), float(np.abs(rates).max())))
         couplings = [coupling.name for coupling in poses.linkage.couplings if coupling.friction]
         for name in [joint.name for joint in rough] + couplings:
             parts = reactions.components[name]
-            yield from ((parts[part], force) for part in ("normal", "front", "rear") if part in parts)
-
-
-def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
-    """Rates of all rough joints and their normal forces, shape (rows, n), and the sizes below which they are rounding."""
-    values, sizes = zip(*_deciding(forces), strict=True)
+            rows += [(parts[part], force) for part in ("normal", "front", "rear") if part in parts]
+    values, sizes = zip(*rows, strict=True)
     return np.array(values), _FRICTION_ROUNDING * np.array(sizes)[:, None]
 
 

@@ -755,12 +755,21 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     cell, t = cells.located(along.mesh, places)
     factors = 0.5 * speeds**2
     closed_form = sized and motion.inertia > 0.0 and motion.cycle is None
-    loose = None if closed_form else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
     half = along.mesh.half.take(cell)
     at_end = np.abs(t) >= _CELL_END - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
     errors = [0.0]
     if not at_end.all():
-        of_roots = _root_errors(along, cell, t, factors, loose)
+        # noise of M* - factor dI*/dphi over its slope, at most a cell's width
+        moment, slope = along.series[:2].take(cell, axis=1)
+        level, slope_noise = along.noise.take(cell, axis=1)
+        rows = moment - factors[:, None] * slope
+        noise = level + factors * slope_noise + along.errors.net / along.mesh.edges[-1]
+        if not closed_form:
+            loose = 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
+            noise = noise + loose * factors * np.abs(cells.value(slope, t))
+        of_roots = np.minimum(noise / np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300), 2 * half)
+        of_roots = np.where(np.abs(rows).sum(axis=-1) <= noise, 2 * half, of_roots)  # noise alone: anywhere in the cell
+        of_roots = np.where(np.abs(t) < _CELL_END, of_roots, 0.0)
         errors += of_roots.tolist()
         at_end |= of_roots >= 2 * half  # anywhere in the cell, and so perhaps in the next
     if at_end.any():
@@ -787,22 +796,6 @@ def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
     t = np.concatenate(([-1.0], np.sort(NODES)))
     cell, t = np.repeat(np.arange(count), t.size), np.tile(t, count)
     return cycle.mesh.middle[cell, 0] + cycle.mesh.half[cell, 0] * t, *cycle.at(cell, t)
-
-
-def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array | None = None) -> Array:
-    """Errors (rad) of roots of M* - factor dI*/dphi in cells, noise over slope, at most a cell's width.
-
-    `loose` are the relative errors of the factors, where they have any.
-    """
-    half, (moment, slope) = cycle.mesh.half.take(cell), cycle.series[:2].take(cell, axis=1)
-    noise, slope_noise = cycle.noise.take(cell, axis=1)
-    rows = moment - factor[:, None] * slope
-    noise = noise + factor * slope_noise + cycle.errors.net / cycle.mesh.edges[-1]
-    if loose is not None:
-        noise = noise + loose * factor * np.abs(cells.value(slope, t))
-    errors = np.minimum(noise / np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300), 2 * half)
-    errors = np.where(np.abs(rows).sum(axis=-1) <= noise, 2 * half, errors)  # no more than noise: anywhere in the cell
-    return np.where(np.abs(t) < _CELL_END, errors, 0.0)
 
 
 def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:

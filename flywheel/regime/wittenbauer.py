@@ -204,7 +204,15 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     factors = np.array([[1.0, 0.0], [1.0, fast], [1.0, slow], [1.0, -0.5 * square], [0.0, 1.0]])
     extremes, roots = turning_moment.combined(cycle, factors)
     extent = turning_moment.inertia_extent(cycle, roots)
-    inertia = _reduced_inertia(cycle, extremes, extent)
+    mean = float((cycle.series[2] @ cells.MEAN) @ cycle.mesh.half[:, 0] / cycle.mesh.edges[-1])
+    # by the integral of its slope, which keeps the small variation of a large I*, or by its series, which keeps the least I*
+    # beside a peak: by the more accurate one
+    least, greatest, least_error, greatest_error = extent
+    if cycle.errors.variation <= least_error:
+        least = cycle.inertia_at_start + float(extremes.least[_INERTIA])
+    if cycle.errors.variation <= greatest_error:
+        greatest = cycle.inertia_at_start + float(extremes.greatest[_INERTIA])
+    inertia = ReducedInertia(max(least, 0.0), greatest, mean)
     figures = Figures(cycle, speed, irregularity, extremes, roots.of(_WORK), extent, inertia)
     if not eps:
         return figures
@@ -260,20 +268,6 @@ def areas(figures: Figures) -> tuple[Area, ...]:
     return tuple(
         Area(a, b, end - start, end) for a, b, start, end in zip(bounds[:-1], bounds[1:], sums[:-1], sums[1:], strict=True)
     )
-
-
-def _reduced_inertia(cycle: Cycle, extremes: Extremes, extent: Extent) -> ReducedInertia:
-    """I* without the flywheel over the cycle: extremes by the integral of its slope or by its series, the more accurate.
-
-    The integral keeps the small variation of a large I*, but loses the least I* beside a peak.
-    """
-    mean = float((cycle.series[2] @ cells.MEAN) @ cycle.mesh.half[:, 0] / cycle.mesh.edges[-1])
-    least, greatest, error, greatest_error = extent
-    if cycle.errors.variation <= error:
-        least = cycle.inertia_at_start + float(extremes.least[_INERTIA])
-    if cycle.errors.variation <= greatest_error:
-        greatest = cycle.inertia_at_start + float(extremes.greatest[_INERTIA])
-    return ReducedInertia(max(least, 0.0), greatest, mean)
 
 
 def flywheel(figures: Figures, scene: Scene) -> Flywheel:

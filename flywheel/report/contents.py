@@ -168,22 +168,10 @@ def _train(flow: PowerFlow, units: TradeUnits) -> str:
     title = _("Power flow of the drive train, mean over the cycle")
     inputs = "; ".join(f"{entry.label} {units.read(entry.power, 'power', 4)}" for entry in entries(flow))
     drawn = inline_svg(pictures.panel(flow), "sheet", title, inputs)
-    table = _table(title, _head(units), _rows(flow, units)) if len(flow.shafts) > 1 else ""
+    of_mesh = _("shaft"), _("meshes with"), _("ratio"), _("efficiency, %"), _("slip, %")
+    head = *of_mesh, _("speed, rpm"), _("rms torque"), _("greatest torque"), _("lost")
+    table = _table(title, head, _rows(flow, units)) if len(flow.shafts) > 1 else ""
     return f'<section class="wide">\n<h2>{escape(title)}</h2>\n<figure>{drawn}</figure>\n{table}\n</section>'
-
-
-def _head(units: TradeUnits) -> tuple[str, ...]:
-    return (
-        _("shaft"),
-        _("meshes with"),
-        _("ratio"),
-        _("efficiency, %"),
-        _("slip, %"),
-        _("speed, rpm"),
-        _("rms torque"),
-        _("greatest torque"),
-        _("lost"),
-    )
 
 
 def _rows(flow: PowerFlow, units: TradeUnits) -> Iterator[tuple[str, ...]]:

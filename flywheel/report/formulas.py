@@ -315,7 +315,13 @@ def symbol_element(symbol: str) -> str:
 
 def numeral(quantity: Quantity) -> Markup:
     """A number with its unit, a power of ten written as such."""
-    return _with_unit(_number(quantity.written), quantity.unit)
+    number = _number(quantity.written)
+    if not quantity.unit:
+        return number
+    gap = "" if quantity.unit in ("°",) else '<mspace width="0.2em"></mspace>'
+    suffix = quantity.unit if quantity.unit in ("°",) else f" {quantity.unit}"
+    binds = min(number.binds, _PRODUCT)
+    return Markup(f"{number.math}{gap}<mtext>{escape(quantity.unit)}</mtext>", number.text + suffix, binds)
 
 
 def bare(quantity: Quantity) -> str:
@@ -337,15 +343,6 @@ def _number(english: str) -> Markup:
         markup = f"{markup}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
         text = f"{text}·10{exponent.translate(_RAISED)}"
     return Markup(markup, text, _SUM if sign else _PRODUCT if power else _ATOM)
-
-
-def _with_unit(number: Markup, unit: str) -> Markup:
-    if not unit:
-        return number
-    gap = "" if unit in ("°",) else '<mspace width="0.2em"></mspace>'
-    suffix = unit if unit in ("°",) else f" {unit}"
-    binds = min(number.binds, _PRODUCT)
-    return Markup(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + suffix, binds)
 
 
 def _bracketed(markup: Markup, least: int) -> Markup:

@@ -241,7 +241,13 @@ def inertia(at: StepsAt, extremes: tuple[Part, ...] | None = None) -> Section:
     shares, slopes = [], []
     for part, mine in bodies.items():
         share = Quantity(f"{star}_{_short(at, part)}", float(at.state.inertia_parts[part][0]), unit)
-        slope = Quantity(f"{star}_prime_{_short(at, part)}", _slope(at, mine), per)
+        # contribution of a body to dI*/dphi: 2 sum m g g'
+        gains, gain_slopes = at.state.gains, at.state.gain_slopes
+        slope = Quantity(
+            f"{star}_prime_{_short(at, part)}",
+            2.0 * sum(float(e.law) * float(gains[e.junction][0]) * float(gain_slopes[e.junction][0]) for e in mine),
+            per,
+        )
         shares.append(share)
         slopes.append(slope)
         if all(at.explained(element.junction) for element in mine):
@@ -267,12 +273,6 @@ def _short(at: StepsAt, part: str) -> str:
         return index(part_name(at.scene, part))
     only = len(at.scene.mechanisms) == 1 and at.scene.mechanisms[0].name == owner
     return index(body if only and body else part)
-
-
-def _slope(at: StepsAt, elements: Sequence[OnePort]) -> float:
-    """Contribution of a body to dI*/dphi: 2 sum m g g'."""
-    gains, slopes = at.state.gains, at.state.gain_slopes
-    return 2.0 * sum(float(e.law) * float(gains[e.junction][0]) * float(slopes[e.junction][0]) for e in elements)
 
 
 def _body(at: StepsAt, part: str, mine: Sequence[OnePort], share: Quantity, slope: Quantity) -> Iterator[Part]:
@@ -632,7 +632,18 @@ def _effort(at: StepsAt, effort: Effort, part: str, element: OnePort, share: Qua
     title = _("Drive on {place}") if drive else _("Drag on {place}") if effort.load.drag else _("Load {n}, on {place}")
     name = title.format(n=n, place=effort.load.on)
     force = _letter(at, element.junction, "d" if drive else n)._replace(value=value)
-    acts = " ".join(filter(None, (_model(at, effort), _window(at, effort))))
+    # window of a load, and its sense, in words
+    load, rows = effort.load, []
+    if load.start is not None and load.end is not None:
+        low, high = (position_cell(at, q) for q in (load.start, load.end))
+        unit = " mm" if at.sliding else "°"
+        made = at.sheets.get(load.on.partition(".")[0])
+        own = load.on in at.scene.shafts or (made is not None and made.driver == "phi")
+        symbol = "x" if at.sliding else "φ" if own else _("the angle of its mechanism")
+        rows.append(_("It acts from {low} to {high} of {symbol}.", low=low + unit, high=high + unit, symbol=symbol))
+    if load.sense:
+        rows.append(_("It acts while v > 0.") if load.sense > 0 else _("It acts while v < 0."))
+    acts = " ".join(filter(None, (_model(at, effort), " ".join(rows))))
     if not bool(np.all(effort.active(anchor))):
         yield Step(name, result=force._replace(value=0.0), note=f"{acts} {_('Here it does not act.')}")
     else:
@@ -649,21 +660,6 @@ def _model(at: StepsAt, effort: Effort) -> str:
     words = _("Motor: {model}.", model=model) if load.path == "drive" else _("Load model {model}.", model=model)
     kind = at.scene.motor if load.path == "drive" else model_of(load.model)
     return " ".join(filter(None, (words, "" if kind is None else message(kind.formula))))
-
-
-def _window(at: StepsAt, effort: Effort) -> str:
-    """Window of a load, and its sense, in words."""
-    load, rows = effort.load, []
-    if load.start is not None and load.end is not None:
-        low, high = (position_cell(at, q) for q in (load.start, load.end))
-        unit = " mm" if at.sliding else "°"
-        made = at.sheets.get(load.on.partition(".")[0])
-        own = load.on in at.scene.shafts or (made is not None and made.driver == "phi")
-        symbol = "x" if at.sliding else "φ" if own else _("the angle of its mechanism")
-        rows.append(_("It acts from {low} to {high} of {symbol}.", low=low + unit, high=high + unit, symbol=symbol))
-    if load.sense:
-        rows.append(_("It acts while v > 0.") if load.sense > 0 else _("It acts while v < 0."))
-    return " ".join(rows)
 
 
 def _law(at: StepsAt, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:

@@ -282,7 +282,15 @@ def _crossings(context: Context, cycle: Cycle) -> Part:
     for k, area in enumerate(context.sizing.areas[:-1][:_MOST_AREAS], 1):
         phi = area.end
         assert phi is not None
-        before, after = _both_sides(cycle, phi)
+        # the moment just before and just after an angle
+        edges = cycle.mesh.edges
+        edge = int(np.abs(edges - phi).argmin())
+        if abs(edges[edge] - phi) > 1e-12 * edges[-1] or edge in (0, edges.size - 1):
+            cell, t = cells.located(cycle.mesh, np.array([phi]))
+            before = after = float(cells.value(cycle.series[0, cell], t)[0])
+        else:
+            before = float(cells.value(cycle.series[0, edge - 1 : edge], np.array([1.0]))[0])
+            after = float(cells.value(cycle.series[0, edge : edge + 1], np.array([-1.0]))[0])
         size = float(np.abs(cycle.series[0]).sum(axis=-1).max())
         if abs(after - before) > 1e-6 * size:
             how = _("jumps from {before} to {after}", before=quantity(before, "N m", 5), after=quantity(after, "N m", 5))
@@ -296,19 +304,6 @@ def _crossings(context: Context, cycle: Cycle) -> Part:
     if error is not None:
         caption += "; " + _("found to {error}", error=quantity(error, "rad", 2))
     return Table(caption, ("", _("angle, °"), _("angle, rad"), _("the moment")), tuple(rows))
-
-
-def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
-    """The moment just before and just after an angle."""
-    edges = cycle.mesh.edges
-    edge = int(np.abs(edges - phi).argmin())
-    if abs(edges[edge] - phi) > 1e-12 * edges[-1] or edge in (0, edges.size - 1):
-        cell, t = cells.located(cycle.mesh, np.array([phi]))
-        value = float(cells.value(cycle.series[0, cell], t)[0])
-        return value, value
-    before = cells.value(cycle.series[0, edge - 1 : edge], np.array([1.0]))
-    after = cells.value(cycle.series[0, edge : edge + 1], np.array([-1.0]))
-    return float(before[0]), float(after[0])
 
 
 def _area_table(context: Context) -> list[Part]:

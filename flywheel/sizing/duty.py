@@ -422,7 +422,12 @@ def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = No
     if phase.duration is None and period is None:
         defect = f"{phase.cycles:g} cycles of a machine that has no motion"
         raise SceneError([Fault(f"{phase.path}.cycles", defect, "a duration")])
-    settling = _settling(sizing)
+    # time (s) in which a change of speed decays to 5 %; None if unknown
+    cyclic, cycle_period = sizing.cyclic, None if sizing.simulation is None else sizing.simulation.period
+    if cyclic is None or cycle_period is None or not 0.0 < cyclic.multiplier < 1.0:
+        settling = None
+    else:
+        settling = cycle_period * log(_FADED) / log(cyclic.multiplier)
     start = _start(phase, inertia) if phase.starts else None
     change = None
     if start is None and begin is not None and settling is not None and phase.duration is not None:
@@ -445,14 +450,6 @@ def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = No
     elif change is not None:
         values, off = _with_starts(values, off, change, 1, 1.0 - change.time / duration, duration)
     return row._replace(**values, peak_power=energy.peak_power, errors=errors | off)
-
-
-def _settling(sizing: Sizing) -> float | None:
-    """Time (s) in which a change of speed decays to 5 %; None if unknown."""
-    cyclic, period = sizing.cyclic, None if sizing.simulation is None else sizing.simulation.period
-    if cyclic is None or period is None or not 0.0 < cyclic.multiplier < 1.0:
-        return None
-    return period * log(_FADED) / log(cyclic.multiplier)
 
 
 def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _Start | None:

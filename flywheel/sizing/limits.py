@@ -237,9 +237,6 @@ class Search:
     def _inertia(self, scaled: float) -> float:
         return max(float(np.exp(scaled)) - self.own, 0.0)
 
-    def _add(self, point: FlywheelPoint) -> None:
-        self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
-
     @property
     def inertias(self) -> list[float]:
         """Inertias (kg m²) of the grid, from the heaviest down to none."""
@@ -265,14 +262,6 @@ class Search:
         while inertias and (not light or light[-1].motions):
             light.append((yield from self._at(inertias.pop(), _COARSE)))
         self.grid = light + points[::-1]
-
-    def _extrapolated(self) -> Steps[None]:
-        """Finds the figures at infinite inertia from two large ones: they converge like 1/J, or faster."""
-        light = (yield from self.closely(_HEAVY * self.heaviest)).shares
-        heavy = (yield from self.closely(2.0 * _HEAVY * self.heaviest)).shares
-        for name in self.limits if light and heavy else ():
-            (first, first_error), (second, second_error) = light[name], heavy[name]
-            self.ultimate[name] = Share(2 * second - first, _SECOND * abs(second - first) + first_error + 2 * second_error)
 
     # -- where a limit is kept
 
@@ -336,7 +325,7 @@ class Search:
                 if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
-                        self._add((yield from self._at(middle, _COARSE)))
+                        self.grid = sorted([*self.grid, (yield from self._at(middle, _COARSE))], key=lambda each: each.inertia)
                         break
             else:
                 return
@@ -350,9 +339,17 @@ class Search:
         return side.inertia, (after.inertia - before.inertia) / max(side.inertia, 1e-300)
 
     def _ultimately(self, name: str, limit: float) -> Steps[float]:
-        """Excess of a figure over its limit at infinite inertia; 0 if that is within its error."""
+        """Excess of a figure over its limit at infinite inertia; 0 if that is within its error.
+
+        Figures converge there like 1/J, or faster: they are extrapolated from those at two large inertias.
+        """
         if not self.ultimate:
-            yield from self._extrapolated()
+            light = (yield from self.closely(_HEAVY * self.heaviest)).shares
+            heavy = (yield from self.closely(2.0 * _HEAVY * self.heaviest)).shares
+            for each in self.limits if light and heavy else ():
+                (first, first_error), (second, second_error) = light[each], heavy[each]
+                error = _SECOND * abs(second - first) + first_error + 2 * second_error
+                self.ultimate[each] = Share(2 * second - first, error)
         share = self.ultimate.get(name)
         return 0.0 if share is None or abs(share.value - limit) <= share.error else share.value - limit
 
@@ -703,9 +700,13 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
             figures[name] = share._replace(error=share.error + (yield from search.slope(name, point)) * error)
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
-    messages = (*_of_current(scene, spans), *gaps(spans, inertia, square))
+    messages = [*gaps(spans, inertia, square)]
+    plate = getattr(scene.motor, "line_current", None)  # of an induction motor
+    if "current_pulsation" in spans and plate is not None and not plate.complete:
+        part = "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
+        messages = [part, *messages]
     broken = broken_beyond(together(spans.values()), inertia, square)
-    return Smallest(motion, error, limits, binding, broken, messages)
+    return Smallest(motion, error, limits, binding, broken, tuple(messages))
 
 
 def _percent(share: float, error: float = 0.0) -> str:
@@ -763,13 +764,6 @@ def _range(span: Span, square: float) -> str:
 def _unknown(spans: Iterable[Span], square: float) -> str:
     """The flywheels whose state is unknown, in words; empty if there are none."""
     return " and ".join(_range(span, square) for span in spans if span.state is LimitState.UNKNOWN)
-
-
-def _of_current(scene: Scene, limits: Iterable[str]) -> Iterator[str]:
-    """Message on a current of which only a part is known."""
-    plate = getattr(scene.motor, "line_current", None)  # of an induction motor
-    if "current_pulsation" in limits and plate is not None and not plate.complete:
-        yield "current_pulsation is that of the load's current alone: give power_factor or no_load_current for the whole"
 
 
 def gaps(spans: Mapping[str, Sequence[Span]], inertia: float, square: float) -> Iterator[str]:

@@ -562,7 +562,13 @@ def _wheel(
     hub = rim.bore is not None or rim.hub_diameter is not None
     armed = rim.shape == ARMS or (rim.shape == LIGHTEST and hub)
     if armed and rim.torque is None and regime is not None and run is not None:
-        rim = rim._replace(torque=inertia * ratio * _greatest_acceleration(regime, run))
+        # the greatest |alpha| (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)
+        cycle = run.cycle or regime.cycle
+        phi = cycle.mesh.phi
+        omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi)
+        moment, slope, reduced = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
+        series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + reduced))
+        rim = rim._replace(torque=inertia * ratio * max(cells.greatest(series), cells.greatest(-series)))
     wheel = choose(inertia, ratio * (speed if rim.at == MEAN else greatest), rim)
     torque, on_crank = None if wheel.body.arms is None else rim.torque, wheel.inertia * ratio**2
     if regime is None:
@@ -577,16 +583,6 @@ def _wheel(
     except NoMotionError:
         return SelectedWheel(wheel, None, 0.0, torque), wheel.warnings
     return SelectedWheel(wheel, motion.irregularity, motion.error, torque), wheel.warnings
-
-
-def _greatest_acceleration(regime: Regime, run: Run) -> float:
-    """The greatest |alpha| of the crank over the cycle (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)."""
-    cycle = run.cycle or regime.cycle
-    phi = cycle.mesh.phi
-    omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi)
-    moment, slope, inertia = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
-    series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + inertia))
-    return max(cells.greatest(series), cells.greatest(-series))
 
 
 # -- a diagram of areas ------------------------------------------------------------------------------------------------

@@ -60,17 +60,14 @@ def starter(kind: str) -> str:
     if kind not in kinds():
         raise KeyError(kind)
     if kind.startswith("duty-"):
-        return _of_duty(kind.removeprefix("duty-"))
+        # the speed of S8 is that of its inverter
+        duty = kind.removeprefix("duty-")
+        text = _file("duty").read_text(encoding="utf-8").replace("S1", duty.upper())
+        if duty == "s8":
+            text = text.replace("\n\n# The whole motor", '\ninverter = {frequency = "50 Hz"}\n\n# The whole motor')
+        return text + "\n\n".join("\n".join(("[[duty]]", *lines)) for lines in DUTIES[duty]) + "\n"
     file = _file(kind)
     return file.read_text(encoding="utf-8") if file.exists() else KINDS[kind].starter
-
-
-def _of_duty(duty: str) -> str:
-    """The scene of a motor over a duty of a type; the speed of S8 is that of its inverter."""
-    text = _file("duty").read_text(encoding="utf-8").replace("S1", duty.upper())
-    if duty == "s8":
-        text = text.replace("\n\n# The whole motor", '\ninverter = {frequency = "50 Hz"}\n\n# The whole motor')
-    return text + "\n\n".join("\n".join(("[[duty]]", *lines)) for lines in DUTIES[duty]) + "\n"
 
 
 def write_starter(kind: str, path: str | Path) -> None:

@@ -337,9 +337,14 @@ _PLACES = 12
 def velocities_text(instant: InstantCentres) -> str:
     """The centres at every position with their errors, and the velocities of all points by centres and by coefficients."""
     blocks: list[list[str]] = []
+    unit = "per unit of the driver, 1" if instant.scene.sliding else "m/rad"
+    unit = unit if instant.speed is None else "m/s"
     for k in range(instant.q.size):
         for name, centres in instant.mechanisms.items():
-            title = f"{name}: instant centres at {_position(instant, k)}"
+            q = float(instant.q[k])
+            at = f"phi = {figure(DEGREES * q, 1e-12, _PLACES)} deg"
+            if instant.scene.sliding:
+                at = f"x = {figure(1000 * q, 0.0, _PLACES)} mm"
             # a line for every two bodies: where their centre is, or along which direction, or that they do not move apart
             rows = []
             for centre in centres.centres.values():
@@ -354,23 +359,10 @@ def velocities_text(instant: InstantCentres) -> str:
                     rows.append((names, "at infinity", f"along {along}", "deg", f"± {short(DEGREES * error)} deg", lasting))
                 else:
                     rows.append((names, str(kind), "", "", "", lasting))
-            blocks.append([title, *columns(rows, ("bodies", "x", "y", "", "error", ""))])
-            blocks.append(
-                [f"velocities by them, and by influence coefficients, {_unit(instant)}", *_velocities(instant, centres, k)]
-            )
+            blocks.append([f"{name}: instant centres at {at}", *columns(rows, ("bodies", "x", "y", "", "error", ""))])
+            title = f"velocities by them, and by influence coefficients, {unit}"
+            blocks.append([title, *_velocities(instant, centres, k)])
     return paragraphs(blocks)
-
-
-def _position(centres: InstantCentres, k: int) -> str:
-    if centres.scene.sliding:
-        return f"x = {figure(1000 * float(centres.q[k]), 0.0, _PLACES)} mm"
-    return f"phi = {figure(DEGREES * float(centres.q[k]), 1e-12, _PLACES)} deg"
-
-
-def _unit(centres: InstantCentres) -> str:
-    if centres.speed is not None:
-        return "m/s"
-    return "per unit of the driver, 1" if centres.scene.sliding else "m/rad"
 
 
 def _velocities(instant: InstantCentres, centres: Centres, k: int) -> list[str]:

@@ -89,7 +89,28 @@ def reduced(
     at = at if machine.depends_on_speed else None
     if as_json:
         off = constant_speed.operating_point_errors(machine, at, fixed=speed is not None)
-        text = encoded(_data(machine, phi, state, value, at, off))
+        unknown, bodies, energy = machine.scene.unknown, _bodies(machine, phi), stored_energy(machine, phi)
+        off_speed, off_balance = off
+        text = encoded(
+            {
+                "title": machine.scene.title,
+                "reduction": "crank",
+                "cycle": machine.scene.cycle,
+                "balance": None if unknown is None else {"name": unknown, "value": value},
+                "speed": at,
+                **state._asdict(),
+                "phi": phi,
+                "positions": _by_axis(bodies, lambda curve: curve.position),
+                "potential_energy": energy.potential,
+                "errors": {
+                    "potential_energy": {name: energy.errors[name] for name in energy.potential},
+                    "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
+                    "balance": None if unknown is None else abs(value) * off_balance,
+                    "speed": None if at is None else at * off_speed,
+                    **state_errors(machine, state, balance=0.0 if unknown is None else value, speed=at),
+                },
+            }
+        )
     else:
         text = csv(chain(_columns(machine, phi, state), _position_columns(machine, phi, _bodies(machine, phi))))
     return text, conditions(machine, at)
@@ -132,35 +153,6 @@ def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, MotionC
 
 
 # -- over a cycle ----------------------------------------------------------------------------------------------------
-
-
-def _data(
-    machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None, off: tuple[float, float]
-) -> dict[str, Any]:
-    """JSON that `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown.
-
-    off: relative errors of speed and balance.
-    """
-    unknown, bodies, energy = machine.scene.unknown, _bodies(machine, phi), stored_energy(machine, phi)
-    off_speed, off_balance = off
-    return {
-        "title": machine.scene.title,
-        "reduction": "crank",
-        "cycle": machine.scene.cycle,
-        "balance": None if unknown is None else {"name": unknown, "value": balance},
-        "speed": speed,
-        **state._asdict(),
-        "phi": phi,
-        "positions": _by_axis(bodies, lambda curve: curve.position),
-        "potential_energy": energy.potential,
-        "errors": {
-            "potential_energy": {name: energy.errors[name] for name in energy.potential},
-            "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
-            "balance": None if unknown is None else abs(balance) * off_balance,
-            "speed": None if speed is None else speed * off_speed,
-            **state_errors(machine, state, balance=0.0 if unknown is None else balance, speed=speed),
-        },
-    }
 
 
 def _columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[tuple[str, Array]]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flywheel.language import number, use
 from flywheel.language import text as _
-from flywheel.numerics.units import MOST, columns, figure
+from flywheel.numerics.units import MOST, certain_digits, columns, figure
 from flywheel.sizing.findings import FULL, rows_of
 from flywheel.sizing.results import Sizing
 
@@ -104,9 +104,7 @@ def five_digits(value: float, error: float = 0.0, most: int = _FIVE) -> str:
         return "?"
     if value == 0.0 or abs(value) <= error:
         return "0"
-    digits = most
-    if error > 0.0:
-        digits = min(most, math.floor(math.log10(abs(value))) + 1 - math.ceil(math.log10(error)))
+    digits = certain_digits(value, error, most)
     if digits > _FEW or digits == most:
         return number(_digits(value, digits))
     place = math.floor(math.log10(error))

@@ -161,11 +161,16 @@ def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
     header += (_("error"), _("irregularity"))
     rows = candidates(sizing, motions)
+    names = {
+        "exact": _("exact (Wittenbauer)"),
+        "approximate": _("accumulated areas"),
+        "inertia_torque_flywheel": _("inertia torque"),
+    }
     table = []
     for one in rows:
         off, gives = _off(one), _gives(one)
         figures = [inertia_cell(one, inertia_of, times) for times in ((1.0,) if us else (1.0, gd2(1.0)))]
-        table.append((_name(one), *figures, off, gives))
+        table.append((names[one.key], *figures, off, gives))
     title = _("Flywheel on {shaft} for irregularity {eps} (±{percent} %)", **of)
     notes = tuple(_shortcuts(sizing, rows))
     if sizing.limits:
@@ -204,14 +209,6 @@ def _limits(sizing: Sizing, units: TradeUnits) -> Block:
 def _without(cells: tuple[str, ...], place: int) -> tuple[str, ...]:
     place %= len(cells)
     return cells[:place] + cells[place + 1 :]
-
-
-def _name(one: Candidate) -> str:
-    return {
-        "exact": _("exact (Wittenbauer)"),
-        "approximate": _("accumulated areas"),
-        "inertia_torque_flywheel": _("inertia torque"),
-    }[one.key]
 
 
 def _off(one: Candidate) -> str:
@@ -583,15 +580,6 @@ def _where(sizing: Sizing) -> str:
     return _("least at {least}, greatest at {greatest}", least=least, greatest=greatest)
 
 
-def _proven() -> dict[str, tuple[str, str]]:
-    """The figures of whose proofs the summary shows the first available one, with name and unit."""
-    return {
-        "flywheel.exact": (_("exact flywheel"), "kg m²"),
-        "simulation.irregularity": (_("irregularity"), ""),
-        "energy_fluctuation": (_("energy fluctuation"), "J"),
-    }
-
-
 def _confirmed(sizing: Sizing) -> Iterator[str]:
     """Sentences on the confirmation of the irregularity, its accuracy, and a required accuracy that was not reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
@@ -615,7 +603,12 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         if proof.reason:
             yield _("NOT proven: {reason}.", reason=proof.reason)
         else:
-            name, unit, low, high = next((*each, *proof.figures[k]) for k, each in _proven().items() if k in proof.figures)
+            first = {  # the first available one is shown
+                "flywheel.exact": (_("exact flywheel"), "kg m²"),
+                "simulation.irregularity": (_("irregularity"), ""),
+                "energy_fluctuation": (_("energy fluctuation"), "J"),
+            }
+            name, unit, low, high = next((*each, *proof.figures[k]) for k, each in first.items() if k in proof.figures)
             count = len(proof.figures)
             if proof.ranges:
                 yield _(

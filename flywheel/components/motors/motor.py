@@ -238,14 +238,7 @@ class Connection(NamedTuple):
 
     def law(self) -> Node:
         """The torque on the shaft, N m, by `omega` and `t`."""
-        torque, factor = self.motor.law().tree, self._voltage_squared()
-        if factor is not None:
-            torque = product(torque, factor)
-        return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
-
-    def _voltage_squared(self) -> Node | None:
-        """The square of the voltage's share under the ramp and a limit of current; None if it is full."""
-        factor, current = None, self.motor.share_law()
+        factor, current = None, self.motor.share_law()  # the square of the voltage's share; None if it is full
         if self.ramp:
             rising = Node(
                 "sum", (numeral(self.voltage), product(numeral((1.0 - self.voltage) / self.ramp), T)), signs=("+", "+")
@@ -257,7 +250,10 @@ class Connection(NamedTuple):
         if self.current_limit is not None and current is not None:
             limit = Node("product", (numeral(self.current_limit**2), current.tree, current.tree), signs=("*", "/", "/"))
             factor = Node("min", (limit, factor or numeral(1.0)))
-        return factor
+        torque = self.motor.law().tree
+        if factor is not None:
+            torque = product(torque, factor)
+        return torque if self.torque_limit is None else Node("min", (torque, numeral(self.torque_limit)))
 
 
 def product(*factors: Node) -> Node:

@@ -8,6 +8,7 @@ second time derivative that needs no accelerations: d²phi/dt² = phi_x a + bend
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from math import acos, floor, isfinite
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -438,7 +439,7 @@ class Closure:
         step = q - self.q
         while self.q != q:
             ahead = q if abs(step) >= abs(q - self.q) else self.q + step
-            state = self._corrected(ahead)
+            state = self.corrected(ahead, self.g * (ahead - self.q))  # along the tangent
             if state is None or model.sense(state, state.along) != self.sense:
                 if abs(step) < _SMALLEST * model.unit:
                     raise model.locked(self.q) if state is None else model.branched(self.q)
@@ -452,23 +453,23 @@ class Closure:
             step *= 2.0
         return self.x, self.g
 
-    def _corrected(self, q: float) -> LinkageState | None:
-        """The pose at q from the tangent at the last one; None if corrections do not shrink fast enough."""
+    def corrected(self, q: Any, ahead: Array) -> LinkageState | None:
+        """The poses at q by Newton's method from the last one and `ahead`; None if corrections shrink too slowly.
+
+        One at a number q, or poses (n, coordinates) at q (n,).
+        """
         model = self.model
-        ahead = self.g * (q - self.q)
         x, last = self.x + ahead, float(np.abs(ahead / model.scale).max())
-        for _ in range(_MOST_CORRECTIONS):
-            state = model.state(x)
-            try:
+        with suppress(UnreachableError):
+            for _ in range(_MOST_CORRECTIONS):
+                state = model.state(x)
                 correction = model.driven(state, state.along, -state.value, q - state.q)
-            except UnreachableError:
-                return None
-            size = float(np.abs(correction / model.scale).max())
-            if size > max(_CONTRACTION * last, _CLOSED):
-                return None
-            x, last = x + correction, size
-            if size <= _CLOSED:
-                return model.state(x)
+                size = float(np.abs(correction / model.scale).max())
+                if not size <= max(_CONTRACTION * last, _CLOSED):
+                    return None
+                x, last = x + correction, size
+                if size <= _CLOSED:
+                    return model.state(x)
         return None
 
 
@@ -590,23 +591,14 @@ class Interpolant:
             begun = model.state(closure.x, closure.g)
             bend = model.driven(begun, begun.along, begun.gamma, -begun.bend)
             ahead = way[:, None] * closure.g + 0.5 * way[:, None] ** 2 * bend
-            x, last = closure.x + ahead, float(np.abs(ahead / model.scale).max())
-            for _ in range(_MOST_CORRECTIONS):
-                state = model.state(x)
-                correction = model.driven(state, state.along, -state.value, closure.q + way - state.q)
-                size = float(np.abs(correction / model.scale).max())
-                if not size <= max(_CONTRACTION * last, _CLOSED):
-                    return None
-                x, last = x + correction, size
-                if size <= _CLOSED:
-                    break
-            state = model.state(x)
-            if np.any(model.sense(state, state.along) != closure.sense):
+            state = closure.corrected(closure.q + way, ahead)
+            if state is None or np.any(model.sense(state, state.along) != closure.sense):
                 return None
             some = state._replace(jacobian=state.jacobian[::4])
             worst = float(model.margin(some, state.along[::4]).min())
             if worst < LEAST_MARGIN:
                 return None
+            x = state.x
             values, sizes = self.quantity(model, model.state(x, model.influence(state, state.along)))
         except UnreachableError:
             return None
@@ -634,6 +626,23 @@ def system(model: LinkageModel, forces: Array, state: LinkageState, wrenches: Ar
     matrix[..., :n, n:] = -wrenches
     matrix[..., n:, :n] = state.jacobian
     return matrix, np.concatenate((forces, state.gamma), axis=-1)
+
+
+def column_accelerations(
+    model: LinkageModel, columns: Array, state: LinkageState, wrenches: Array, pushes: Array
+) -> tuple[Array, Array, Array]:
+    """Right sides by each column of loads, the speeds' squares and each push; their solutions; the driver's accelerations.
+
+    columns: (states, 3 bodies, loads); wrenches: of unit reactions; pushes: likewise (states, 3 bodies, pushes).
+    """
+    n, loads = model.masses.size, columns.shape[2]
+    matrix, _ = system(model, columns[..., 0], state, wrenches)
+    right = np.zeros((*matrix.shape[:2], loads + 1 + pushes.shape[2]))
+    right[:, :n, :loads], right[:, n:, loads], right[:, :n, loads + 1 :] = columns, state.gamma, pushes
+    solution = model.solved(matrix, right)
+    alpha = np.einsum("ni,nic->nc", state.along, solution[:, :n])
+    alpha[:, loads] += state.bend
+    return right, solution, alpha
 
 
 def acceleration_sizes(model: LinkageModel, right: Array, solution: Array) -> Array:

@@ -29,6 +29,7 @@ from flywheel.mechanisms.linkages.bodies import (
     ScaledValues,
     UnreachableError,
     acceleration_sizes,
+    column_accelerations,
     components,
     integrate,
     projection,
@@ -211,14 +212,8 @@ class RoughByDriver:
         """Slips and passive actions' power by unit speed, M* by loads, then acceleration and sized forces by each column."""
         columns, n = model.load_columns(state), model.masses.size
         reactions, pushes = self.rub.wrenches(state, model.reaction_wrenches(state))
-        count, loads, p = len(state.x), self.loads, self.count
-        matrix, _ = system(model, columns[..., 0], state, reactions)
-        right = np.zeros((*matrix.shape[:2], loads + 1 + p))
-        right[:, :n, :loads], right[:, n:, loads], right[:, :n, loads + 1 :] = columns, state.gamma, pushes
-        solution = model.solved(matrix, right)
-        alpha = np.einsum("ni,nic->nc", state.along, solution[:, :n])
-        alpha[:, loads] += state.bend
-        forces = np.einsum("pkm,nmc->npkc", self.rub.forms, solution[:, n:]).reshape(count, -1)
+        right, solution, alpha = column_accelerations(model, columns, state, reactions, pushes)
+        forces = np.einsum("pkm,nmc->npkc", self.rub.forms, solution[:, n:]).reshape(len(state.x), -1)
         slips, power = np.einsum("nsi,ni->ns", state.slips, state.v), np.einsum("nip,ni->np", pushes, state.v)
         moment, motion = np.einsum("nic,ni->nc", columns, state.v), np.linalg.norm(state.v / model.scale, axis=1)
         lengths = np.array([model.length if part == "moment" else 1.0 for _, part in components(model.linkage)])

@@ -60,9 +60,28 @@ from flywheel.scene.linkage import (
 )
 
 __all__ = [
-    "SETTLED", "WINDOW", "Bases", "Chain", "Equations", "Form", "Loops", "Poses", "Relation", "Track",
-    "check", "correction", "driver_scales", "inverse", "lift_at", "lift_bound", "loops", "on_way", "settle", "solved",
-    "split", "turned",
+    "SETTLED",
+    "WINDOW",
+    "Bases",
+    "Chain",
+    "Equations",
+    "Form",
+    "Loops",
+    "Poses",
+    "Relation",
+    "Track",
+    "check",
+    "correction",
+    "driver_scales",
+    "inverse",
+    "lift_at",
+    "lift_bound",
+    "loops",
+    "on_way",
+    "settle",
+    "solved",
+    "split",
+    "turned",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -581,7 +600,14 @@ def _bounds(lift: Lift) -> Array:
     edges = np.unique(np.concatenate([np.linspace(a, b, _STRETCHES + 1) for a, b in pairwise(ends)]))
     for _ in range(_ROUNDS):
         middle = 0.5 * (edges[1:] + edges[:-1])
-        sizes = _derivatives(lift, edges[:-1], edges[1:], middle)
+        # bounds of |second| and |third| derivative on stretches, (2, stretches): jets of jets of intervals
+        inner = Jet(Interval(edges[:-1], edges[1:]), 1.0, 0.0)
+        with np.errstate(all="ignore"):
+            second = lift.curve.jet(inner, middle, jet_namespace(INTERVALS)).second
+            parts = (second.value, second.first) if isinstance(second, Jet) else (second, 0.0)
+            magnitudes = [part.magnitude if isinstance(part, Interval) else np.abs(part) for part in parts]
+        table = np.stack([np.broadcast_to(size, middle.shape) for size in magnitudes])
+        sizes = np.where(np.isnan(table), np.inf, table)
         sampled = np.abs(lift_at(lift, middle)[2])
         loose = ~(sizes[0] <= _TIGHT * np.maximum(sampled, 0.05 * sampled.max()))
         if not loose.any() or edges.size + loose.sum() > _MOST_STRETCHES:
@@ -591,17 +617,6 @@ def _bounds(lift: Lift) -> Array:
     sizes, width = np.tile(sizes, 3), lift.period / _BINS
     start = np.arange(_BINS) / _BINS * lift.period
     return np.stack([sizes[:, (high >= a - WINDOW) & (low <= a + width + WINDOW)].max(axis=1) for a in start], axis=1)
-
-
-def _derivatives(lift: Lift, low: Array, high: Array, middle: Array) -> Array:
-    """Bounds of |second| and |third| derivative on stretches, (2, stretches): jets of jets of intervals."""
-    inner = Jet(Interval(low, high), 1.0, 0.0)
-    with np.errstate(all="ignore"):
-        second = lift.curve.jet(inner, middle, jet_namespace(INTERVALS)).second
-        parts = (second.value, second.first) if isinstance(second, Jet) else (second, 0.0)
-        sizes = [part.magnitude if isinstance(part, Interval) else np.abs(part) for part in parts]
-    table = np.stack([np.broadcast_to(size, middle.shape) for size in sizes])
-    return np.where(np.isnan(table), np.inf, table)
 
 
 # -- equations ---------------------------------------------------------------------------------------------------------

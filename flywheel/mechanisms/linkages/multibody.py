@@ -36,6 +36,7 @@ from flywheel.mechanisms.linkages.bodies import (
     Wrench,
     acceleration_sizes,
     accelerations,
+    column_accelerations,
     components,
     coordinates,
     integrate,
@@ -201,15 +202,10 @@ def _reduced_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
 
 def _newton_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     """M* of every column of loads, then the driver's acceleration by each and by its own speed's square."""
-    columns, n = model.load_columns(state), model.masses.size
-    loads = columns.shape[2]
-    matrix, _ = system(model, columns[..., 0], state, model.reaction_wrenches(state))
-    right = np.zeros((*matrix.shape[:2], loads + 1))
-    right[:, :n, :loads], right[:, n:, loads] = columns, state.gamma
-    solution = model.solved(matrix, right)
-    accelerations = np.einsum("ni,nic->nc", state.along, solution[:, :n])
-    accelerations[:, loads] += state.bend
-    values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), accelerations), axis=1)
+    columns = model.load_columns(state)
+    none = np.zeros((*columns.shape[:2], 0))
+    right, solution, alpha = column_accelerations(model, columns, state, model.reaction_wrenches(state), none)
+    values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), alpha), axis=1)
     work = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
     return ScaledValues(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
 

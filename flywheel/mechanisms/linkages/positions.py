@@ -232,7 +232,15 @@ class Solution:
         self._nodes = trace
         self.winding: Array | None = None
         self._refine()
-        self.winding = self._gain()
+        # gain of every variable over the range; None if that is no whole number of turns after which all return
+        turns = (self.high - self.low) / tau
+        if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
+            self.winding = None
+        else:
+            ends = self.movement(np.array([self.low, self.high])).value
+            gain, slides = ends[1] - ends[0], [name.startswith("slide") for name in self.equations.loops.names]
+            whole = np.where(slides, 0.0, tau * np.round(gain / tau))
+            self.winding = whole if np.abs(gain - whole).max() < _RETURNS else None
         self.kept: dict[Any, Any] = {}
 
     def weighed(self, linkage: Linkage) -> Solution:
@@ -254,16 +262,6 @@ class Solution:
             order = np.argsort(np.concatenate((driver, middles)), kind="stable")
             self._nodes = Track(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
             del self._quintics
-
-    def _gain(self) -> Array | None:
-        """Gain of every variable over the range; None if that is no whole number of turns after which all return."""
-        turns = (self.high - self.low) / tau
-        if self.linkage.sliding or turns < 0.5 or abs(turns - round(turns)) > _RETURNS:
-            return None
-        ends = self.movement(np.array([self.low, self.high])).value
-        gain, slides = ends[1] - ends[0], [name.startswith("slide") for name in self.equations.loops.names]
-        whole = np.where(slides, 0.0, tau * np.round(gain / tau))
-        return whole if np.abs(gain - whole).max() < _RETURNS else None
 
     def poses(self, q: ArrayLike) -> Poses:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.

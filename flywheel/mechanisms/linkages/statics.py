@@ -42,11 +42,50 @@ from flywheel.numerics.faults import Fault, SceneError, array, brief, entry, req
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
 __all__ = [
-    "COUPLE", "DRIVE", "FORCE", "FRICTION", "OPEN", "RADIAL", "Balance", "Component", "Contact", "Effort",
-    "Force", "Friction", "Load", "Pair", "Passive", "Response", "Sizes", "Torque", "Unknowns", "along", "applied",
-    "balance", "centres", "contact", "continued_sizes", "coulomb", "cross", "direction", "effort_pair", "friction_power",
-    "friction_sizes", "guide", "index", "inertial", "joint_rate", "masses", "perp", "response", "shoe_ends", "size_forms",
-    "unknowns", "values_at", "velocity", "weights",
+    "COUPLE",
+    "DRIVE",
+    "FORCE",
+    "FRICTION",
+    "OPEN",
+    "RADIAL",
+    "Balance",
+    "Component",
+    "Contact",
+    "Effort",
+    "Force",
+    "Friction",
+    "Load",
+    "Pair",
+    "Passive",
+    "Response",
+    "Sizes",
+    "Torque",
+    "Unknowns",
+    "along",
+    "applied",
+    "balance",
+    "centres",
+    "contact",
+    "continued_sizes",
+    "coulomb",
+    "cross",
+    "direction",
+    "effort_pair",
+    "friction_power",
+    "friction_sizes",
+    "guide",
+    "index",
+    "inertial",
+    "joint_rate",
+    "masses",
+    "perp",
+    "response",
+    "shoe_ends",
+    "size_forms",
+    "unknowns",
+    "values_at",
+    "velocity",
+    "weights",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -517,7 +556,7 @@ class Response(NamedTuple):
     """Response of the unknowns to k loads and to a unit of every passive action, at n positions.
 
     values: shape (n, components, k + passives); loose, open: which components are open, and what can be added to them
-    (see `Balance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, by which all are forces.
+    (see `Balance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, which make all forces.
     """
 
     values: Array
