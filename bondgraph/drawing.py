@@ -110,7 +110,7 @@ class Mark(NamedTuple):
     literal: str = ""
 
 
-class Picture(NamedTuple):
+class GraphDrawing(NamedTuple):
     """A drawn graph: its left, bottom, right and top edges, in points, and its marks, those behind others first."""
 
     edges: tuple[float, float, float, float]
@@ -126,7 +126,7 @@ def picture(
     loops: bool = False,
     parts: Mapping[str, Sequence[str]] = MappingProxyType({}),
     words: Mapping[str, str] = MappingProxyType({}),
-) -> Picture:
+) -> GraphDrawing:
     """Returns the picture of a graph as marks, which `draw` and `svg` write; the options are those of `draw`."""
     strokes, derivative = _causes(graph, causality)
     refuse(f"part {part!r}: no element {n!r}" for part, own in parts.items() for n in own if n not in graph.elements)
@@ -172,7 +172,7 @@ def _framed(
     samples: Mapping[str, str],
     parts: Collection[str] = (),
     words: Mapping[str, str] = MappingProxyType({}),
-) -> Picture:
+) -> GraphDrawing:
     """The picture with margins, title and explanations: of its colours, lines, two-ports and parts."""
     left, bottom, right, top = drawn.bounds
     spare = max(_CAPTION_WIDTH - (right - left), 0.0) / 2.0
@@ -204,10 +204,10 @@ def _framed(
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
         marks.insert(0, _text("", place, LABEL_SIZE)._replace(literal=title))
-    return Picture((left, bottom, right, top), tuple(marks))
+    return GraphDrawing((left, bottom, right, top), tuple(marks))
 
 
-def word_picture(system: WordGraph, title: str | None = None) -> Picture:
+def word_picture(system: WordGraph, title: str | None = None) -> GraphDrawing:
     """Returns the picture of a word bond graph: words in frames, bonds with half arrows, ports and colours of domains."""
     joined = system.joined()
     stand_in = BondGraph({word: One(word) for word in system.words}, tuple(bond for bond, _, _ in joined), parts=True)
@@ -282,7 +282,7 @@ def draw(graph: BondGraph | WordGraph, file: str | Path | None = None, **options
     return figure
 
 
-def figure_of(picture: Picture) -> Figure:
+def figure_of(picture: GraphDrawing) -> Figure:
     """Returns a picture as a figure of matplotlib, whose single pair of axes fills it, in points."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -323,9 +323,9 @@ def svg(graph: BondGraph | WordGraph, **options: Any) -> str:
     return svg_of(_picture(graph, options))
 
 
-def _picture(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Picture:
+def _picture(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> GraphDrawing:
     """The picture of a graph of either kind; unknown options are refused."""
-    writes: Callable[..., Picture] = word_picture if isinstance(graph, WordGraph) else picture
+    writes: Callable[..., GraphDrawing] = word_picture if isinstance(graph, WordGraph) else picture
     _, *parameters = inspect.signature(writes).parameters
     refuse(
         f"option {name!r}: no such option of a picture; they are {', '.join(parameters)}"
@@ -335,7 +335,7 @@ def _picture(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> Pictur
     return writes(graph if isinstance(graph, WordGraph) else as_graph(graph), **options)
 
 
-def svg_of(picture: Picture) -> str:
+def svg_of(picture: GraphDrawing) -> str:
     """Returns a picture as SVG."""
     left, bottom, right, top = picture.edges
     wide, high = f"{right - left:.1f}", f"{top - bottom:.1f}"

@@ -40,7 +40,7 @@ from bondgraph.elements import (
 from bondgraph.graph import BondGraph, Builder, as_graph
 from bondgraph.motion.algebra import readable
 from bondgraph.motion.dynamics import Dynamics, Formulation, exact_gains
-from bondgraph.motion.walk import Port
+from bondgraph.motion.walk import PortBond
 from bondgraph.twin import SymbolicWalk, twin
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def inert(read: Reading) -> Iterator[str]:
                 yield f"{at} acts on nothing: its gain is zero"
 
 
-def _acts(read: Reading, port: Port, column: int) -> bool:
+def _acts(read: Reading, port: PortBond, column: int) -> bool:
     """True if the output of a port acts on a store or a resistor other than sources, through gains that are not 0."""
     form, walk = read.form, read.walk
     if port in form.stores:

@@ -23,7 +23,7 @@ from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, f
 from bondgraph.equations import Reading
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion.dynamics import Dynamics, Formulation
-from bondgraph.motion.walk import Port, Walk
+from bondgraph.motion.walk import PortBond, Walk
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
@@ -475,7 +475,7 @@ def linearize(
     refuse(f"at {name!r}: no such state; they are {', '.join(names)}" for name in point if name not in names)
     here = Walk(dynamics.tables, 0.0, [point[name] for name in names], {})
 
-    def value(of: int | Port) -> float:
+    def value(of: int | PortBond) -> float:
         return float(here.whole(of) if isinstance(of, int) else here.inverse(of, here.value(of.input)))
 
     read = Reading(graph, False, dynamics.form.of, point=value)

@@ -307,8 +307,8 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     for source in graph.of_kind(*SOURCES):
         bond = graph.bond_of(source.name)
         end = source.name if source.kind == "Sf" else bond.other(source.name)
-        fixed.append((bond, _Mark(end, "source", source.name)))
-    fixed += [(bond, _Mark(end, "chosen", "")) for bond, end in _cancelling(graph)]
+        fixed.append((bond, _StrokeMark(end, "source", source.name)))
+    fixed += [(bond, _StrokeMark(end, "chosen", "")) for bond, end in _cancelling(graph)]
     draft = _extended(_Assignment(graph, {}, dict(_rings(graph)), frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
         trial = _store(draft, preferences, name)
@@ -410,7 +410,7 @@ def _behind(graph: BondGraph) -> set[str]:
     return beyond
 
 
-class _Mark(NamedTuple):
+class _StrokeMark(NamedTuple):
     """A stroke: its end; whether and by which element it was decided or passed on; the bonds that it was passed on from."""
 
     end: str
@@ -421,7 +421,7 @@ class _Mark(NamedTuple):
 
 class _Assignment(NamedTuple):
     graph: BondGraph
-    marks: dict[int, _Mark]
+    marks: dict[int, _StrokeMark]
     conflicts: dict[str, str]
     backwards: frozenset[str]
 
@@ -434,7 +434,7 @@ class _Assignment(NamedTuple):
 _Trial = Callable[[], _Assignment]
 
 
-def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _Mark]], todo: Sequence[str] = ()) -> _Assignment:
+def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _StrokeMark]], todo: Sequence[str] = ()) -> _Assignment:
     """A draft with more strokes decided and all that follows from them filled in."""
     graph, marks, conflicts = draft.graph, dict(draft.marks), dict(draft.conflicts)
     strokes = draft.strokes
@@ -448,7 +448,7 @@ def _extended(draft: _Assignment, decided: Iterable[tuple[Bond, _Mark]], todo: S
             continue
         for bond, at, causes in _forced(graph, strokes, name):
             end = name if at else bond.other(name)
-            marks[bond.number] = _Mark(end, "propagated", name, tuple(b.number for b in causes))
+            marks[bond.number] = _StrokeMark(end, "propagated", name, tuple(b.number for b in causes))
             strokes[bond.number] = end
             queue.append(bond.other(name))
         bonds = graph.at(name)
@@ -525,7 +525,7 @@ def _trials(draft: _Assignment, preferences: Mapping[str, str]) -> list[_Trial]:
     else:
         bond, name = next(b for b in graph.bonds if b.number not in draft.marks), ""
         ends = bond.head, bond.tail
-    both = [_extended(draft, [(bond, _Mark(end, "chosen", name))]) for end in ends]
+    both = [_extended(draft, [(bond, _StrokeMark(end, "chosen", name))]) for end in ends]
     better = sorted(both, key=lambda trial: len(trial.backwards)) if not name or _solvable(graph, name) else both
     return [lambda trial=trial: trial for trial in better]  # type: ignore[misc]
 
@@ -534,7 +534,7 @@ def _store(draft: _Assignment, preferences: Mapping[str, str], name: str, *, opp
     """The draft with a store in the causality that is wanted of it, or in the opposite one."""
     bond = draft.graph.bond_of(name)
     gives_flow = is_integral(draft.graph.elements[name].kind, (preferences[name] == _INTEGRAL) != opposite)
-    mark = _Mark(name if gives_flow else bond.other(name), "chosen" if opposite else "preferred", name)
+    mark = _StrokeMark(name if gives_flow else bond.other(name), "chosen" if opposite else "preferred", name)
     return _extended(draft, [(bond, mark)])
 
 
@@ -543,7 +543,7 @@ def _solvable(graph: BondGraph, name: str) -> bool:
     return graph.elements[name].law != 0.0 and not graph.is_curve(name)
 
 
-def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int, str], name: str) -> str:
+def _conflict(graph: BondGraph, marks: Mapping[int, _StrokeMark], strokes: Mapping[int, str], name: str) -> str:
     kind, bonds = graph.elements[name].kind, graph.at(name)
     marked = [b for b in bonds if b.number in strokes]
     rivals = marked if kind in TWO_PORTS else deciding(graph, strokes, name) or marked
@@ -567,7 +567,7 @@ def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int
     return f"{kind}:{name}: none of {', '.join(_from(graph, marks, b) for b in bonds)} sets its {word}; attach {what} to it"
 
 
-def _roots(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> list[int]:
+def _roots(graph: BondGraph, marks: Mapping[int, _StrokeMark], bond: Bond) -> list[int]:
     """The bonds at which elements decided what a bond has its stroke from."""
     queue, seen = [bond.number], {bond.number}
     for number in queue:
@@ -577,7 +577,7 @@ def _roots(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> list[int
     return [n for n in sorted(queue) if not marks[n].causes and marks[n].by in graph.elements]
 
 
-def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
+def _from(graph: BondGraph, marks: Mapping[int, _StrokeMark], bond: Bond) -> str:
     """A bond and the elements whose decisions it has its stroke from: `bond 3 (from Se:a on bond 1)`."""
     roots = _roots(graph, marks, bond)
     places = {n: graph.title(marks[n].by) + (f" on bond {n}" if n != bond.number else "") for n in roots}
@@ -607,7 +607,7 @@ def _reason(
     return Reason(kind, text)
 
 
-def _text(graph: BondGraph, mark: _Mark, how: Mapping[str, str]) -> str:
+def _text(graph: BondGraph, mark: _StrokeMark, how: Mapping[str, str]) -> str:
     """The words of a mark: who decided the stroke, or which element passed it on from which bonds."""
     gives = "flow" if mark.end == mark.by else "effort"
     if mark.kind == "source":

@@ -31,7 +31,7 @@ from bondgraph.elements import (
 )
 from bondgraph.graph import BondGraph
 from bondgraph.motion.algebra import eliminated, total
-from bondgraph.motion.walk import Port, Tables, Walk, displacements, unsolvable, upstream
+from bondgraph.motion.walk import PortBond, Tables, Walk, displacements, unsolvable, upstream
 
 _ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
@@ -274,7 +274,7 @@ def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) ->
     return type(name, (sympy.Function,), body)
 
 
-Point = Callable[[int | Port], float]  # at an operating point: a flow or effort by its variable, what a follower holds
+Point = Callable[[int | PortBond], float]  # at an operating point: a flow or effort by its variable, what a follower holds
 
 
 class SymbolicWalk(Walk):
@@ -305,7 +305,7 @@ class SymbolicWalk(Walk):
             return super()._rate_of_source(name)
         return self.driven.setdefault(name, sympy.Symbol(f"{name}'", real=True))
 
-    def _closed(self, ports: Sequence[Port]) -> list[Any]:
+    def _closed(self, ports: Sequence[PortBond]) -> list[Any]:
         """The outputs of a loop of resistors: of a few as one fraction; of many, or in sequence, by elimination.
 
         The flows and efforts between are unknowns too, so that what has few neighbours keeps few.
@@ -361,7 +361,7 @@ class SymbolicWalk(Walk):
             self._values[variable] = self.twin.hold(whole(share))
         return super().value(variable)
 
-    def _line(self, port: Port) -> tuple[list[tuple[int, Any]], Any]:
+    def _line(self, port: PortBond) -> tuple[list[tuple[int, Any]], Any]:
         """The terms and the constant whose sum is 0 by a law that is a straight line in what the loop gives."""
         import sympy
 
@@ -397,7 +397,7 @@ class SymbolicWalk(Walk):
         self.steps[symbol] = value
         return symbol
 
-    def inverse(self, port: Port, output: Any) -> Any:
+    def inverse(self, port: PortBond, output: Any) -> Any:
         """The momentum (displacement) at which a store of a straight line gives a flow (effort)."""
         import sympy
 

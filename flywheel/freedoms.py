@@ -42,8 +42,8 @@ from flywheel.mechanisms.linkages.equations import Poses
 from flywheel.mechanisms.linkages.freedoms import (
     Assembly,
     Follower,
+    LinkageStation,
     Positions,
-    Station,
     driver_rows,
     end_of_way,
     fields,
@@ -263,7 +263,7 @@ class EquationTerms(NamedTuple):
     potential: float
 
 
-def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: Actions) -> EquationTerms:
+def instant(start: Assembly, position: LinkageStation, t: float, qdot: Array, actions: Actions) -> EquationTerms:
     """Lagrange's equations where the drivers move at qdot (rad/s, m/s)."""
     linkage, count = start.linkage, start.freedoms
     state = fields(start, position, np.vstack((np.eye(count), qdot)))
@@ -452,7 +452,7 @@ def accelerations(
 
 
 def acceleration(
-    start: Assembly, position: Station, t: float, qdot: Array, actions: Actions
+    start: Assembly, position: LinkageStation, t: float, qdot: Array, actions: Actions
 ) -> tuple[Array, EquationTerms, Array]:
     """qddot, the equations it solves, and the driving actions (g,), at one position and speed."""
     now = instant(start, position, t, qdot, actions)

@@ -56,7 +56,7 @@ from bondgraph.motion.walk import (
     GraphInstant,
     JunctionStructure,
     OutputGroup,
-    Port,
+    PortBond,
     Tables,
     Walk,
     displacements,
@@ -116,7 +116,7 @@ class Formulation(JunctionStructure):
             flow, effort = self.flow[bond.number], self.effort[bond.number]
             gives_flow = strokes.strokes[bond.number] == element.name
             pair = (flow, effort) if gives_flow else (effort, flow)
-            ports.append(Port(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair))
+            ports.append(PortBond(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair))
         self.ports = tuple(ports)
         integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
         derivative = [p for p in self.ports if p.element.name in strokes.derivative]
@@ -496,7 +496,7 @@ def _number(graph: BondGraph, name: str) -> float | None:
     return constant if isinstance(constant, float) else None
 
 
-def _line(form: Formulation, port: Port) -> list[tuple[int, Fraction]]:
+def _line(form: Formulation, port: PortBond) -> list[tuple[int, Fraction]]:
     """The terms of variables whose sum is 0 by a resistor's law, if that is a straight line of numbers; else none."""
     law, ((left, sign), reads) = port.element.law, form.sides(port)
     if port.element.kind == "R" and (resistance := _number(form.graph, port.element.name)) is not None:
@@ -554,7 +554,7 @@ Array = NDArray[np.float64]
 Rates = Callable[..., tuple[Any, ...]]
 
 
-class State(NamedTuple):
+class StateLayout(NamedTuple):
     """Contents of a graph's state: names, in order, and the numbers of stores' states and displacements."""
 
     names: tuple[str, ...]
@@ -589,7 +589,7 @@ class Dynamics:
         self.tables = tables(self.form, self.signals)
         names = [self.form.state_name(p) for p in self.form.stores]
         names += [d.name for d in self.form.displacements]
-        self.state = State(tuple(names), len(self.form.stores), len(self.form.displacements))
+        self.state = StateLayout(tuple(names), len(self.form.stores), len(self.form.displacements))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.graph, self.signals)
@@ -601,7 +601,7 @@ class Dynamics:
         """
         return Walk(self.tables, t, state, anchors or {}).instant()
 
-    def stored(self, port: Port, value: float) -> float:
+    def stored(self, port: PortBond, value: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         if port.element.name in self.form.massless:
             return value

@@ -208,7 +208,7 @@ def _by_arrays(method: Method, count: int) -> Callable[..., Any]:
     return step
 
 
-class Step:
+class MethodStep:
     """A step: `state` (k,) at time `t`, and `after` at the end of its length `h`; `slopes` are the rates at its stages.
 
     As a function of a time, or of times (n,), it gives the states there, (k,) or (k, n).
@@ -225,15 +225,15 @@ class Step:
         self._table: Array | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Step, (self.method, None, self.t, self.h, self.state, self.after, self._complete())
+        return MethodStep, (self.method, None, self.t, self.h, self.state, self.after, self._complete())
 
-    def shortened(self, h: float) -> Step:
+    def shortened(self, h: float) -> MethodStep:
         """The step from the same start over another length, whatever its error."""
         assert self.rates is not None
         nothing = (math.inf,) * len(self.state)
         stepping = _written(self.method, len(self.state))
         _, after, slopes = stepping(self.rates, self.t, h, self.state, self.slopes[0], 0.0, nothing)
-        return Step(self.method, self.rates, self.t, h, self.state, after, slopes)
+        return MethodStep(self.method, self.rates, self.t, h, self.state, after, slopes)
 
     def __call__(self, t: Any) -> Array:
         """The states at a time within the step, or at times."""
@@ -281,7 +281,7 @@ class Step:
         return self.slopes
 
 
-def _series(steps: Sequence[Step]) -> Array:
+def _series(steps: Sequence[MethodStep]) -> Array:
     """Coefficients (steps, terms, k) of the states' gains in share (c0 + (1 - share) (c1 + share (c2 + ...)))."""
     method = steps[0].method
     slopes = np.array([slopes if step._table is None else step._table for step in steps for slopes in [step._complete()]])
@@ -300,7 +300,7 @@ def _evaluated(state: Array, series: Array, share: Array) -> Array:
     return np.asarray(values + state)
 
 
-def at(steps: Sequence[Step], owners: NDArray[np.intp], times: Array) -> Array:
+def at(steps: Sequence[MethodStep], owners: NDArray[np.intp], times: Array) -> Array:
     """States (k, n) at times (n,), each by the step that owns it, for steps of one method."""
     used, where = np.unique(owners, return_inverse=True)
     mine = [steps[owner] for owner in used.tolist()]
@@ -351,7 +351,7 @@ class DormandPrince:
         else:
             self.h = h
 
-    def step(self) -> Step | None:
+    def step(self) -> MethodStep | None:
         """The next step, at most to `until`; None if none is short enough."""
         t, y, repeated, power = self.t, self.y, False, -1.0 / self.method.order
         shortest = _SHORTEST * math.ulp(t)
@@ -368,7 +368,7 @@ class DormandPrince:
                 growth = min(_MOST, _SAFETY * error**power) if error else _MOST
                 self.t, self.y, self.f = self.until if last else t + h, after, slopes[-1]
                 self.h = h * (min(growth, 1.0) if repeated else growth)
-                return Step(self.method, self.rates, t, h, y, after, slopes)
+                return MethodStep(self.method, self.rates, t, h, y, after, slopes)
             repeated = True
             h *= max(_LEAST, _SAFETY * error**power) if error < math.inf else _LEAST
         return None

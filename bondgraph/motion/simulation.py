@@ -136,7 +136,7 @@ class Run:
     def _plain(self) -> bool:
         """True if all steps are explicit ones of one method."""
         steps = [stretch.dense for stretch in self.stretches]
-        return all(isinstance(one, runge_kutta.Step) for one in steps)
+        return all(isinstance(one, runge_kutta.MethodStep) for one in steps)
 
     def states(self, t: Any = None) -> dict[str, Array]:
         """Every state by name at times t (those of the steps if None)."""

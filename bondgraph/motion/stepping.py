@@ -66,7 +66,7 @@ class Step(NamedTuple):
     @property
     def first(self) -> Sequence[float]:
         """The state at its start."""
-        return self.dense.state if isinstance(self.dense, runge_kutta.Step) else self.at(self.start)
+        return self.dense.state if isinstance(self.dense, runge_kutta.MethodStep) else self.at(self.start)
 
     @property
     def last(self) -> Sequence[float]:
@@ -75,13 +75,13 @@ class Step(NamedTuple):
 
     def at(self, t: float) -> Sequence[float]:
         """The state at a time within it: of an explicit step that of a shorter one, which is good to the same order."""
-        if isinstance(self.dense, runge_kutta.Step) and t > self.start:
+        if isinstance(self.dense, runge_kutta.MethodStep) and t > self.start:
             return self.dense.shortened(t - self.start).after
         return tuple(self.dense(t).tolist())
 
     def steepest(self, k: int) -> float:
         """The greatest rate of state k at the stages of an explicit step; infinite where it is not known."""
-        if isinstance(self.dense, runge_kutta.Step):
+        if isinstance(self.dense, runge_kutta.MethodStep):
             return max(abs(slope[k]) for slope in self.dense.slopes)
         return np.inf
 
@@ -92,7 +92,7 @@ def owners(stretches: Sequence[Step], times: Array) -> Index:
     return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
 
-class Tolerance(NamedTuple):
+class StepTolerance(NamedTuple):
     """Error allowed in a step: relative, and absolute for each variable."""
 
     relative: float
@@ -405,7 +405,7 @@ class Events(NamedTuple):
 
     values: Callable[[Array, Array], Array]
     sides: Array
-    clear: Callable[[runge_kutta.Step], bool] | None = None
+    clear: Callable[[runge_kutta.MethodStep], bool] | None = None
     residuals: Array | None = None
     rounding: Array | None = None
 
@@ -430,7 +430,7 @@ class Piece(NamedTuple):
     rates: Rates
     ends: tuple[float, float]
     until: float
-    tolerance: Tolerance
+    tolerance: StepTolerance
     along: RateField | None = None
     length: Callable[[float], float] | None = None
 
@@ -545,7 +545,7 @@ def _slower(rates: Rates, solver: DormandPrince, far: float) -> float:
     return ratio if abs(ratio - 1.0) < _ALIKE else 1.0
 
 
-def _landing(piece: Piece, step: runge_kutta.Step) -> Step | None:
+def _landing(piece: Piece, step: runge_kutta.MethodStep) -> Step | None:
     """The step made to end where phi leaves the piece, by Newton's method; None if it ends well inside, or reverses.
 
     None, too, where phi leaves the piece after its last time. Over the final remainder every state changes by two terms of
@@ -625,7 +625,7 @@ def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
         return [True] * len(steps)
     nodes, to_series = _IMPLICIT_SERIES
     times = np.array([step.start + (step.end - step.start) * nodes for step in steps])
-    explicit = [step.dense for step in steps if isinstance(step.dense, runge_kutta.Step)]
+    explicit = [step.dense for step in steps if isinstance(step.dense, runge_kutta.MethodStep)]
     if len(explicit) == len(steps):
         states = runge_kutta.at(explicit, np.repeat(np.arange(len(steps)), nodes.size), times.ravel())
     else:
@@ -648,7 +648,7 @@ def crossing(events: Events, step: Step) -> Step:
     width = step.end - step.start
     if not (events.sides.size and width > 0.0):
         return step
-    if events.clear is not None and isinstance(step.dense, runge_kutta.Step) and events.clear(step.dense):
+    if events.clear is not None and isinstance(step.dense, runge_kutta.MethodStep) and events.clear(step.dense):
         return step
 
     def inside(shares: Array) -> Array:
@@ -661,7 +661,7 @@ def crossing(events: Events, step: Step) -> Step:
             else np.where(np.abs(values_there) > events.rounding[:, None], values_there, 0.0)
         )
 
-    nodes, to_series = _EXPLICIT_SERIES if isinstance(step.dense, runge_kutta.Step) else _IMPLICIT_SERIES
+    nodes, to_series = _EXPLICIT_SERIES if isinstance(step.dense, runge_kutta.MethodStep) else _IMPLICIT_SERIES
     values = inside(nodes)
     first: tuple[float, int] | None = None
     for k, series in enumerate(values @ to_series.T):

@@ -40,7 +40,7 @@ from bondgraph.recording import Recorded
 _CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
 
 
-class Port(NamedTuple):
+class PortBond(NamedTuple):
     """A one-port's bond: sign +1 if power flows into the element, and its variables: its output and its input.
 
     `gives` is "f" or "e".
@@ -86,10 +86,10 @@ class JunctionStructure:
     follows: Mapping[str, str]
     flow: Mapping[int, int]
     effort: Mapping[int, int]
-    ports: tuple[Port, ...]
-    stores: tuple[Port, ...]
-    acting: tuple[Port, ...]
-    followers: tuple[Port, ...]
+    ports: tuple[PortBond, ...]
+    stores: tuple[PortBond, ...]
+    acting: tuple[PortBond, ...]
+    followers: tuple[PortBond, ...]
     groups: tuple[OutputGroup, ...]
     column: Mapping[int, int]
     steps: list[SolutionStep]
@@ -108,7 +108,7 @@ class JunctionStructure:
         junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == kind]
         return junctions[0] if junctions else f"bond {bond.number}"
 
-    def state_name(self, port: Port) -> str:
+    def state_name(self, port: PortBond) -> str:
         """The name of the state of a store."""
         if port.element.name in self.massless:
             return f"f_{self.name_of(port.output)}"
@@ -133,7 +133,7 @@ class JunctionStructure:
             seen.add(target)
         return list(names)
 
-    def reads(self, port: Port) -> tuple[int, ...]:
+    def reads(self, port: PortBond) -> tuple[int, ...]:
         """The variables that the law of an acting port depends on at the same instant."""
         law, kind = port.element.law, port.element.kind
         if isinstance(law, Law):
@@ -143,7 +143,7 @@ class JunctionStructure:
         read = [v for name in getattr(law, "of", ()) if (v := self.read(port, name)) is not None]
         return (*((port.input,) if kind == "R" else ()), *read)
 
-    def sides(self, port: Port) -> tuple[tuple[int, float], dict[str, tuple[int, float]]]:
+    def sides(self, port: PortBond) -> tuple[tuple[int, float], dict[str, tuple[int, float]]]:
         """The quantity that the law of an acting port gives, and those that it reads at the same instant, by name.
 
         Each is a variable with its sign in the law: of a resistor e = law(f), or f = law(e) where its law reads its effort.
@@ -157,7 +157,7 @@ class JunctionStructure:
             reads[own] = flow, port.sign
         return (effort if port.element.kind == "R" else port.output, 1.0), reads
 
-    def read(self, port: Port, name: str) -> int | None:
+    def read(self, port: PortBond, name: str) -> int | None:
         """The variable that a law reads under a name; None if it reads none, but a state or what is declared."""
         if name == self.graph.own(port.element.name):
             return None
@@ -293,7 +293,7 @@ class Walk:
             else self.value(variable)
         )
 
-    def stored(self, port: Port, x: Any) -> Any:
+    def stored(self, port: PortBond, x: Any) -> Any:
         """The output of a store in integral causality: the flow of an inertia, the effort of a compliance."""
         name, inertia = port.element.name, port.element.kind == "I"
         if name in self.form.massless:
@@ -303,7 +303,7 @@ class Walk:
         constant = self.graph.constant(name)
         return port.sign * x / constant if inertia else x / constant
 
-    def _slopes(self, port: Port, x: Any) -> dict[int, Any]:
+    def _slopes(self, port: PortBond, x: Any) -> dict[int, Any]:
         """The slopes of a curved store's law by the states of stores, at their places: its own, and those that it reads."""
         law, name = port.element.law, port.element.name
         assert isinstance(law, Function)
@@ -526,12 +526,12 @@ class Walk:
             for k, value in zip(group.members, output, strict=True):
                 self.outputs[len(self.form.stores) + k] = value
 
-    def _explicit(self, port: Port) -> bool:
+    def _explicit(self, port: PortBond) -> bool:
         """False of a resistor whose curve gives the other than what is asked of it."""
         name = port.element.name
         return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
 
-    def _own_output(self, port: Port) -> Any:
+    def _own_output(self, port: PortBond) -> Any:
         """The output of an acting port that needs nothing of its own."""
         name, kind, law = port.element.name, port.element.kind, port.element.law
         if (kind in STORES and not isinstance(law, Law)) or (self._still and kind in SOURCES):  # or an inertia of 0
@@ -551,7 +551,7 @@ class Walk:
     def _resistance(self, name: str) -> Any:
         return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
 
-    def _residual(self, ports: Sequence[Port], outputs: Sequence[Any]) -> Balance:
+    def _residual(self, ports: Sequence[PortBond], outputs: Sequence[Any]) -> Balance:
         """The residual of the equations of resistors in a loop at their outputs, and its slopes."""
         columns = [self.form.column[p.output] for p in ports]
         for k, value in zip(columns, outputs, strict=True):
@@ -574,7 +574,7 @@ class Walk:
             slopes.append([sign * self.gain[left].get(k, 0.0) - slope for k, slope in zip(columns, row, strict=True)])
         return residual, slopes
 
-    def _closed(self, ports: Sequence[Port]) -> list[Any]:
+    def _closed(self, ports: Sequence[PortBond]) -> list[Any]:
         """The outputs of linear resistors in a loop."""
         residual, slopes = self._residual(ports, [0.0] * len(ports))
         self._values.clear()
@@ -583,7 +583,7 @@ class Walk:
         except GraphError as error:
             raise unsolvable(self.graph, ports, error) from error
 
-    def _settled(self, ports: Sequence[Port]) -> list[Any]:
+    def _settled(self, ports: Sequence[PortBond]) -> list[Any]:
         """The outputs of resistors of any law in a loop, by iteration."""
         arguments = [self.t, *self.state, *self._places.values()]
         shape = np.broadcast_shapes(*(np.shape(value) for value in arguments))
@@ -610,7 +610,7 @@ class Walk:
                 rates.append((port.sign if port.element.kind == "I" else 1.0) * shares[k][1])
         return rates
 
-    def own_rate(self, port: Port) -> Any:
+    def own_rate(self, port: PortBond) -> Any:
         """The rate of a store that no other follows: an inertia's momentum by its effort, a compliance by its flow."""
         input_value = self.whole(port.input)
         return input_value if port.element.kind == "I" else port.sign * input_value
@@ -670,7 +670,7 @@ class Walk:
                         matrix[i][j] = matrix[i][j] + momentum * other
         return matrix, force
 
-    def _check_shares(self, port: Port) -> None:
+    def _check_shares(self, port: PortBond) -> None:
         """Refuses a follower that follows resistors, or other followers: its numbers make more of it than its strokes.
 
         Their shares cancel by the structure: power is kept, so that what one side gives the other takes back.
@@ -714,7 +714,7 @@ class Walk:
                 by_name[f"{letter}_{name}"] = by_name[f"{letter}_{name}"] - share * by_name[f"{letter}_{other}"]
         return {form.state_name(port): by_name[form.state_name(port)] for port in form.followers}
 
-    def inverse(self, port: Port, output: Any) -> Any:
+    def inverse(self, port: PortBond, output: Any) -> Any:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         name, law = port.element.name, port.element.law
         output = port.sign * output if port.element.kind == "I" else output
@@ -791,12 +791,12 @@ def by_rows(called: Callable[..., Any], arguments: Sequence[Any], results: int =
     return tuple(c.reshape(shape) for c in values.reshape(-1, results).T) if results else values.reshape(shape)
 
 
-def loop_name(graph: BondGraph, ports: Sequence[Port]) -> str:
+def loop_name(graph: BondGraph, ports: Sequence[PortBond]) -> str:
     """The name of a loop of resistors in an error."""
     return ", ".join(graph.where(p.element.name) for p in ports)
 
 
-def unsolvable(graph: BondGraph, ports: Sequence[Port], error: GraphError) -> GraphError:
+def unsolvable(graph: BondGraph, ports: Sequence[PortBond], error: GraphError) -> GraphError:
     """The error of a loop of resistors whose equations are singular."""
     return GraphError(f"the loop of {loop_name(graph, ports)} has no solution, or more than one: {error}")
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from flywheel.designs import batch
 from flywheel.machine.equation import Moments, Rate
-from flywheel.machine.machine import Stage
+from flywheel.machine.machine import MeshStage
 from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
@@ -79,13 +79,13 @@ _MOST_ERROR, _HARDLY = 0.5, 0.1  # of an irregularity, and of J + I*: beyond the
 class StagePart(NamedTuple):
     """A stage of many designs with its place, and I* and dI*/dphi (kg m²) of its parts, (designs, cells, nodes)."""
 
-    stage: Stage
+    stage: MeshStage
     place: int
     inertia: Array
     slope: Array
 
 
-class _Piece(NamedTuple):
+class _PieceProgram(NamedTuple):
     """Cells of one program: its values of `RATE` and `STAGE`, and "moving" of `RATE` alone, by `rows` without speed."""
 
     part: slice
@@ -119,13 +119,13 @@ class DesignMoments(SeveralMoments):
             for row, value in zip(rows, program.function()(self.mesh.phi[:, part], *inputs), strict=True):
                 row[:, part] = value
         self.inertia, self.slope, self.still, _, _, self.steepness = rows
-        self._pieces: list[_Piece] = []
+        self._pieces: list[_PieceProgram] = []
         self.lossy = len(self.machine.stages) > 1
         for piece, early, late in structure.rates:
             part = slice(starts[piece.start], starts[piece.stop])
             moving = late._replace(outputs=(late.outputs[RATE.index("moving")],)).only(1)
             rows_of = list(early.function()(self.mesh.phi[:, part], *inputs))
-            self._pieces.append(_Piece(part, late.function(), moving.function(), rows_of))
+            self._pieces.append(_PieceProgram(part, late.function(), moving.function(), rows_of))
         self._last: tuple[Array, Any, Array] | None = None  # values at the last speeds and unknowns, for stage after stage
         values = self._evaluated(np.zeros_like(half), 0.0)
         self.resistance, of_stage = values[RATE.index("resistance")], values[len(RATE) :]
@@ -318,7 +318,7 @@ def closed(
     return speed, unknown, good if balanced else good & within
 
 
-class _Table:
+class _FigureTable:
     """Figures of designs by their names, NaN if unknown, filled group by group."""
 
     def __init__(self, size: int) -> None:
@@ -337,7 +337,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     """
     moments = DesignMoments(structure, columns, edges, np.arange(1 + sum(structure.counts)) << halvings)
     speed, unknown, good = operating_points(moments, structure.speeds(columns), givens.speed)
-    values, errors = _Table(speed.size), _Table(speed.size)
+    values, errors = _FigureTable(speed.size), _FigureTable(speed.size)
     missed, start = np.full(speed.size, np.inf), np.ones((4, speed.size))
 
     def constant(finer: DesignMoments, which: Index, stands: Any) -> None:
@@ -528,7 +528,7 @@ def _limited(
         look([(row, inertia) for row, inertias in coming for inertia in inertias[:ahead] if (row, inertia) not in answers])
         questions = [(row, further(row, inertia)) for row, inertia in some]
 
-    values, errors, missed = _Table(which.size), _Table(which.size), np.full(which.shape, np.inf)
+    values, errors, missed = _FigureTable(which.size), _FigureTable(which.size), np.full(which.shape, np.inf)
     rows = np.flatnonzero(np.isfinite(kept[0]))
     inertia, error = kept[:, rows]
     near = _nearest(known, zip(rows.tolist(), inertia.tolist(), strict=True))
@@ -632,7 +632,7 @@ def _solutions(
         trials: True for those of a search: only one without a flywheel has narrower cells, as heavier ones serve as well.
 
     """
-    values, errors, states = _Table(which.size), _Table(which.size), _Table(which.size)
+    values, errors, states = _FigureTable(which.size), _FigureTable(which.size), _FigureTable(which.size)
     missed, solved = np.full(which.shape, np.inf), np.zeros(which.shape, bool)
     omega, of_some = speed[which], givens.of(which)
     by_speed = moments.of(which).constant(omega, unknown[which][:, None, None]).by_speed
@@ -709,8 +709,8 @@ def _motions(
     """
     demand = Demand(inertia, givens.irregularity if inertia is None else None, speed if givens.unknown else None)
     values, errors, missed, closed_rows = (
-        _Table(speed.size),
-        _Table(speed.size),
+        _FigureTable(speed.size),
+        _FigureTable(speed.size),
         np.full(speed.shape, np.inf),
         np.zeros(speed.shape, bool),
     )

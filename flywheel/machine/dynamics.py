@@ -19,7 +19,7 @@ from bondgraph.numerics import count, root, summits
 from bondgraph.recording import Recorder
 from bondgraph.reduction import Station
 from flywheel.machine.equation import alike, balanced, lost, passed_by, solved
-from flywheel.machine.machine import DRIVE, Anchor, Machine, Stage, circuit_of
+from flywheel.machine.machine import DRIVE, Anchor, Machine, MeshStage, circuit_of
 from flywheel.machine.programs import programs_of
 from flywheel.numerics.cells import ROUNDING, Index, wide
 
@@ -410,7 +410,7 @@ class MachineDynamics:
             self._laws[key] = program, program.function(kind)
         return self._laws[key][1]
 
-    def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any) -> _Row:
+    def _part(self, stage: MeshStage, phi: Any, anchor: Anchor, omega: Any, time: Any) -> _Row:
         station = stage.reduction.at(phi, anchor.phi)
         reduced = station.reduced
         moment = reduced.moment + self.balance * reduced.per_unknown - reduced.resistance * omega
@@ -421,7 +421,9 @@ class MachineDynamics:
             pressing = station.efforts(omega, time, anchor.omega, anchor.time, self.balance)
         return reduced.inertia, reduced.slope, moment, pressing
 
-    def _moving(self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any) -> Iterator[tuple[str, Any]]:
+    def _moving(
+        self, station: Station, stage: MeshStage, anchor: Anchor, omega: Any, time: Any
+    ) -> Iterator[tuple[str, Any]]:
         """Part and moment of the laws that depend on speed or on time."""
         if stage.reduction.moving:
             for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
@@ -576,7 +578,7 @@ def dynamics_of(machine: Machine, inertia: float, balance: float = 0.0) -> Machi
 # -- the record of a motion in time --------------------------------------------------------------------------------------
 
 
-class Start(NamedTuple):
+class StartState(NamedTuple):
     """The state at a time (s): position (rad; on a stroke from its beginning), speed (rad/s), and a motor's own states."""
 
     phi: float
@@ -585,7 +587,7 @@ class Start(NamedTuple):
     time: float = 0.0
 
 
-class Stretch(NamedTuple):
+class MotionStretch(NamedTuple):
     """A step, the offset of its position, and the anchor that decides the branches of its laws."""
 
     step: Step
@@ -642,8 +644,8 @@ class Trail(NamedTuple):
     """
 
     dynamics: MachineDynamics
-    start: Start
-    stretches: tuple[Stretch, ...]
+    start: StartState
+    stretches: tuple[MotionStretch, ...]
     goal: str | None = None
     stuck: str | None = None
     cycles: int = 0
@@ -665,7 +667,7 @@ class Trail(NamedTuple):
         which = self.owners(times) if owners is None else owners
         states = np.empty((3 + len(self.start.states), times.size))
         steps = [stretch.step.dense for stretch in self.stretches]
-        explicit = np.array([isinstance(step, runge_kutta.Step) for step in steps])[which]
+        explicit = np.array([isinstance(step, runge_kutta.MethodStep) for step in steps])[which]
         order = np.argsort(which, kind="stable")
         if explicit.any():
             states[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])
@@ -765,7 +767,7 @@ class Trail(NamedTuple):
         rows = [first.step.first]
         for step, _, _ in self.stretches:
             taken, key = source(step), id(source(step))
-            if not isinstance(taken, runge_kutta.Step):  # of which several steps may be parts
+            if not isinstance(taken, runge_kutta.MethodStep):  # of which several steps may be parts
                 rows.append(step.last)
                 continue
             if key not in last:

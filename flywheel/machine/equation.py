@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from bondgraph.numerics import count
 from bondgraph.reduction import Station
 from flywheel.machine.loads import at_speeds
-from flywheel.machine.machine import DRIVE, Machine, Stage, circuit_of
+from flywheel.machine.machine import DRIVE, Machine, MeshStage, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, Cells, wide
 from flywheel.numerics.faults import Fault
@@ -62,10 +62,10 @@ class Rate(NamedTuple):
     transmitted: tuple[Array, ...] = ()
 
 
-class _Part(NamedTuple):
+class _MachinePart(NamedTuple):
     """Part of the machine driven through one mesh, or by the crank itself, reduced to the crank."""
 
-    stage: Stage
+    stage: MeshStage
     station: Station
     resistance: Array
     inertia: Array
@@ -95,7 +95,7 @@ def solved(
     inertias: Sequence[Any],
     bare: Sequence[Any],
     factors: tuple[Any, ...],
-    stages: Sequence[Stage],
+    stages: Sequence[MeshStage],
     outwards: Callable[[Any], Any] | None,
 ) -> tuple[Any, tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     """The equation of motion (see `balanced`) with the factors K for the directions of power in the meshes.
@@ -131,7 +131,7 @@ def alike(ones: Sequence[Any], others: Sequence[Any]) -> bool:
 
 
 def passed_by(
-    own: Sequence[Any], stages: Sequence[Stage], factors: tuple[Any, ...], outwards: Callable[[Any], Any] | None
+    own: Sequence[Any], stages: Sequence[MeshStage], factors: tuple[Any, ...], outwards: Callable[[Any], Any] | None
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """The moment through each mesh (N m, on the crank), summed from the far ends inwards, and K.
 
@@ -165,11 +165,13 @@ class Moments:
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
-        self.parts: list[_Part] = []
+        self.parts: list[_MachinePart] = []
         for stage in machine.stages:
             station = stage.reduction.at(mesh.phi, mesh.anchor)
             values = station.reduced._asdict()
-            self.parts.append(_Part(stage, station, *(wide(values[name], mesh.phi.shape) for name in _Part._fields[2:])))
+            self.parts.append(
+                _MachinePart(stage, station, *(wide(values[name], mesh.phi.shape) for name in _MachinePart._fields[2:]))
+            )
         self.inertia: Array = np.asarray(sum(part.inertia for part in self.parts))
         self.slope: Array = np.asarray(sum(part.slope for part in self.parts))
         self.steepness: Array = np.asarray(sum(part.steepness for part in self.parts))
@@ -305,7 +307,7 @@ class Moments:
     def _of_lossy(self, transmitted: Sequence[Array]) -> tuple[Array, ...]:
         return tuple(tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0)
 
-    def _acting(self, part: _Part, omega: Array, unknown: Any, states: States) -> Rate:
+    def _acting(self, part: _MachinePart, omega: Array, unknown: Any, states: States) -> Rate:
         zero = np.zeros_like(omega)
         terms = at_speeds(part, self._moving(part, Jet(omega, 1.0)), omega, unknown)
         moment, by_speed, by_unknown, exchanged = (zero + term for term in terms)
@@ -319,7 +321,7 @@ class Moments:
             by_speed = by_speed + ratio * ratio * slopes.torque_by_speed
         return Rate(moment, by_speed, by_unknown, np.zeros_like(moment), by_states, exchanged)
 
-    def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
+    def _moving(self, part: _MachinePart, omega: Any) -> list[tuple[Any, Any]]:
         """Moments that depend on speed, and their factors of the unknown, without those of a motor's circuit."""
         plain = omega.value if isinstance(omega, Jet) else omega
         terms = part.station.contributions(omega, 0.0, self._deciding(plain), local=self.local)

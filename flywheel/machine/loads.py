@@ -131,7 +131,7 @@ class TableCurve:
         return total
 
 
-class Effort:
+class LoadLaw:
     """The law of one load: its value where it is active, 0 elsewhere; `unknown` names the scene's balance, if any.
 
     `direction` is the crank's: with -1 `while` and drag reverse, and so does v if a law reads its sign alone.
@@ -197,7 +197,7 @@ class Effort:
             for part in moving_switches(law)
         )
 
-    def backwards(self) -> Effort:
+    def backwards(self) -> LoadLaw:
         """The law for a crank that turns backwards."""
         effort = copy(self)
         effort.direction = -1.0
@@ -326,7 +326,7 @@ def _jets() -> Any:
     return jet_namespace(np)
 
 
-def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
+def balance_unit(efforts: Iterable[LoadLaw], scene: Scene) -> str | None:
     """The unit of the scene's unknown; None without one, or where the expressions that hold it leave it open."""
     name = scene.unknown
     if name is None or name == "drive":

@@ -24,7 +24,7 @@ from bondgraph.graph import BondGraph, Builder
 from bondgraph.numerics import uncounted
 from bondgraph.reduction import Reduced, Reduction
 from flywheel.language import text as _
-from flywheel.machine.loads import Effort, EffortPlace, FrictionCurve, Senses, crank_angles, moving_switches, spring_effort
+from flywheel.machine.loads import EffortPlace, FrictionCurve, LoadLaw, Senses, crank_angles, moving_switches, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
 from flywheel.numerics import notebook
@@ -49,7 +49,7 @@ from flywheel.scene.scene import TURN, Mechanism, Scene, Table
 if TYPE_CHECKING:
     from flywheel.components.motors.motor import Circuit
 
-__all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage"]
+__all__ = ["FLYWHEEL", "FRICTION", "Machine", "MeshStage"]
 
 Array = NDArray[np.float64]
 Angles = TypeVar("Angles")
@@ -70,7 +70,7 @@ _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are searched for
 _marks: dict[bytes, dict[str, Any]] = {}  # breakpoints, landmarks and senses of the last machines, by their `breaks`
 
 
-class Stage(NamedTuple):
+class MeshStage(NamedTuple):
     """Part of the machine behind a mesh of an efficiency without further loss (1: the crank itself), reduced to the crank.
 
     `near` is the place, among the machine's stages, of the one with which it meshes, which precedes it.
@@ -142,7 +142,7 @@ class Machine:
         senses = cache(lambda place: self._mark(place, partial(self._senses, place), of_loads=False))
         loads = (*scene.loads, *([] if scene.drive is None else [scene.drive]))
         self.efforts = tuple(
-            Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
+            LoadLaw(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
         )
         self.graph = self._graph()
         self.kept: dict[str, Any] = {}  # what other modules evaluate of it, and keep with it
@@ -199,7 +199,7 @@ class Machine:
         return any(Expression("", test).uses_speed for test in tests)
 
     @cached_property
-    def switching(self) -> tuple[dict[str, Effort], ...]:
+    def switching(self) -> tuple[dict[str, LoadLaw], ...]:
         """The loads of every stage of which some branch depends on speed or time, by their paths."""
         laws = {effort.path: effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time}
         paths = [path for path, law in laws.items() if isinstance(law, Expression) and moving_switches(law)]
@@ -228,7 +228,7 @@ class Machine:
         return Reduction(self._graph(bare=True, rigid=True), self.scene.reduction_element)
 
     @cached_property
-    def stages(self) -> tuple[Stage, ...]:
+    def stages(self) -> tuple[MeshStage, ...]:
         """The crank and the shafts connected to it without loss, then every shaft whose mesh has losses, nearer first."""
         scene, graph = self.scene, self.graph
         lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
@@ -239,7 +239,7 @@ class Machine:
         drive = self.stage_of(scene.drive.on) if scene.drive is not None else "crank"
         whole, order = self.reduction, ["crank", *lossy]
         return tuple(
-            Stage(
+            MeshStage(
                 shaft=shaft,
                 near=order.index(self.stage_of(scene.near(shaft))),
                 efficiency=scene.efficiencies.get(shaft, 1.0),
@@ -470,7 +470,7 @@ class Machine:
                 parts.append(self._infinite(effort))
         return hashlib.sha256(pickle.dumps(parts)).digest()
 
-    def _infinite(self, effort: Effort) -> bool:
+    def _infinite(self, effort: LoadLaw) -> bool:
         """Tests whether a law that reads no position is infinite at the machine's typical speed."""
         names = self._names(effort)(0.0, 0.0, np)
         with np.errstate(all="ignore"):
@@ -599,7 +599,7 @@ class Machine:
             here, middle = np.asarray(phi), np.asarray(anchor)
             return effort.load.law.undefined({**values(here, middle), "t": time}, {**values(middle, middle), "t": time})
 
-    def _environment(self, effort: Effort, speed: float | None = None) -> tuple[Enclosures, Values]:
+    def _environment(self, effort: LoadLaw, speed: float | None = None) -> tuple[Enclosures, Values]:
         """Values of the names in a load's expression: jets of intervals over cells of phi, and plain values."""
         names = self._names(effort, speed)
         return (
@@ -607,7 +607,7 @@ class Machine:
             lambda phi, anchor: names(phi, anchor, np),
         )
 
-    def _names(self, effort: Effort, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
+    def _names(self, effort: LoadLaw, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
         """A function from crank angles, their anchors and a namespace to the values of the names in a load's expression.
 
         They are jets by the crank's angle, but plain values in numpy's. The anchor decides the turn of the load's angle,
@@ -834,7 +834,7 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
     return np.asarray(roots[1:-1][signs[1:] != signs[:-1]])
 
 
-def _unresolved(effort: Effort, error: SwitchingError) -> SceneError:
+def _unresolved(effort: LoadLaw, error: SwitchingError) -> SceneError:
     """The error of an expression that cannot be resolved over the cycle, or the stroke."""
     span, origin = ("stroke", effort.place.phase) if effort.load.once else ("cycle", 0.0)
     defect = str(SwitchingError(error.text, error.near + origin))
@@ -847,7 +847,7 @@ def _free(builder: Builder, name: str) -> str:
     return name if name not in builder else next(other for other in numbered if other not in builder)
 
 
-def _with_unknown(effort: Effort, value: float, here: Here, anchor: Here) -> Any:
+def _with_unknown(effort: LoadLaw, value: float, here: Here, anchor: Here) -> Any:
     return effort(here, anchor) + value * effort.per_unknown(here, anchor)
 
 

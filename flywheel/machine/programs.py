@@ -36,8 +36,8 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.machine.loads import POSITION, Effort, at_speeds, moving_switches
-from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, Stage, circuit_of
+from flywheel.machine.loads import POSITION, LoadLaw, at_speeds, moving_switches
+from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, MeshStage, circuit_of
 from flywheel.numerics import expressions
 from flywheel.numerics.cells import NODES
 from flywheel.numerics.expressions import Expression
@@ -244,7 +244,7 @@ class Programs:
                         raise SceneError([Fault("simulation", text, "the walk of its bond graph", "report this")])
 
     def _walked(
-        self, stage: Stage, phi: Array, anchor: Any, omega: Any, time: Any, deciding: Sequence[Any]
+        self, stage: MeshStage, phi: Array, anchor: Any, omega: Any, time: Any, deciding: Sequence[Any]
     ) -> tuple[Reduced, Any, Any]:
         """A stage by the walk, its moment with the unknown 1, and the sum of what makes that up."""
         station = stage.reduction.at(phi, anchor)
@@ -293,13 +293,13 @@ class RecordedMachine(Machine):
         between = own[piece] + share * (own[piece + 1] - own[piece])
         return np.concatenate((own, between))[np.argsort(np.concatenate((plain, inner)))]
 
-    def decided(self, effort: Effort, part: Expression, phi: Any, anchor: Any) -> Jet:
+    def decided(self, effort: LoadLaw, part: Expression, phi: Any, anchor: Any) -> Jet:
         """Value and slope of a function that decides a branch of a load's law; its own branches are those at the anchor."""
         names = self._names(effort)
         values = part.evaluate(names(phi, anchor, NAMESPACE), _JETS, names(anchor, anchor, np))
         return values if isinstance(values, Jet) else Jet(values, 0.0)
 
-    def named(self, effort: Effort, phi: Any, anchor: Any) -> dict[str, Any]:
+    def named(self, effort: LoadLaw, phi: Any, anchor: Any) -> dict[str, Any]:
         """Values of the names in a load's expression at a crank angle."""
         law = effort.load.law
         if not isinstance(law, Expression):
@@ -350,7 +350,7 @@ class RecordedMachine(Machine):
         raise UnrecordedError("an angle at which a law only touches its switch, or a place only stands still")
 
 
-def deciders(effort: Effort) -> list[Expression]:
+def deciders(effort: LoadLaw) -> list[Expression]:
     """The parts of a load's law at whose zeros a branch of it changes, if position decides it."""
     law = effort.load.law
     return decided_by_position(law) if isinstance(law, Expression) else []

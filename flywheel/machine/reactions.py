@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.loads import Effort, spring_effort
+from flywheel.machine.loads import LoadLaw, spring_effort
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed, linkage_of
@@ -386,7 +386,7 @@ class JointFriction:
         omega: Any,
         time: Any,
         unknown: float,
-        loads: Iterable[Effort],
+        loads: Iterable[LoadLaw],
     ) -> list[tuple[Any, Any, Any, dict[str, Any] | None]]:
         """The equation of motion except for friction, where the tables are complete, under loads and drive.
 
@@ -435,7 +435,7 @@ class JointFriction:
         names = [stage.shaft for stage in self.machine.stages]
         return names.index(self.machine.stage_of(shaft))
 
-    def _gain(self, effort: Effort, phi: Any) -> Any:
+    def _gain(self, effort: LoadLaw, phi: Any) -> Any:
         """Rate of a load's place by the crank's, at crank angles."""
         for table, paths in zip(self.tables, self.paths, strict=True):
             if effort.path in paths:

@@ -19,7 +19,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present, presents
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
-from flywheel.scene.scene import Key, Mechanism, Output, Samples, Table, read_only
+from flywheel.scene.scene import ArrayRecord, Key, Mechanism, Output, Table, read_only
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ _JETS: dict[int, tuple[Any, Any]] = {}
 
 
 @dataclass(frozen=True, eq=False)
-class SplineCurve(Samples):
+class SplineCurve(ArrayRecord):
     """A position by cubics: from knots[i] to the next one, the sum of coefficients[k, i] (phi - knots[i])^(3 - k)."""
 
     knots: Array

@@ -16,7 +16,7 @@ from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build, has_joints
 from flywheel.mechanisms.linkages.equations import Track
-from flywheel.motions.motion import Driver
+from flywheel.motions.motion import DriverMotion
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
@@ -273,7 +273,7 @@ class Moving:
             for name, place in curves.items()
         }
 
-    def curves(self, driver: Driver) -> tuple[dict[str, MotionCurve], dict[str, str]]:
+    def curves(self, driver: DriverMotion) -> tuple[dict[str, MotionCurve], dict[str, str]]:
         """Position, velocity and acceleration of everything as the driver moves, with errors; other names of them."""
         curves, other = self.places(driver.q)
         errors = self.errors(driver.q, curves)
@@ -288,13 +288,13 @@ class Moving:
                         error += np.abs(there - here)
         return {name: _curve(name, place, errors[name], driver) for name, place in curves.items()}, other
 
-    def plain(self, driver: Driver, names: Sequence[str]) -> dict[str, tuple[Array, Array, Array]]:
+    def plain(self, driver: DriverMotion, names: Sequence[str]) -> dict[str, tuple[Array, Array, Array]]:
         """Position, velocity and acceleration of some curves, without errors."""
         curves = self.places(driver.q)[0]
         return {name: _moved(curves[name].track, driver)[:3] for name in names}
 
 
-def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Array, Array]]:
+def _moved(track: Track, driver: DriverMotion) -> tuple[Array, Array, Array, tuple[Array, Array]]:
     """Place, velocity g q̇, acceleration g q̈ + g' q̇² and its two parts; x, g, g' per unit of the driver."""
     x, g, bend = track
     if driver.rate is None or driver.acceleration is None:
@@ -303,7 +303,7 @@ def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Arr
     return x, g * driver.rate, parts[0] + parts[1], parts
 
 
-def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], driver: Driver) -> MotionCurve:
+def _curve(name: str, place: MovingPlace, errors: tuple[Array, Array, Array], driver: DriverMotion) -> MotionCurve:
     """A curve with its errors, from those of position, g, g' and of the driver's motion."""
     x, v, a, parts = _moved(place.track, driver)
     if driver.rate is None or driver.acceleration is None:

@@ -19,7 +19,7 @@ from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.motions.motion import DRIVER as DRIVER
 from flywheel.motions.motion import TIME as TIME
-from flywheel.motions.motion import Driver, Motion, Transient, sampled, steady_motion, switching, time_along
+from flywheel.motions.motion import DriverMotion, Motion, Transient, sampled, steady_motion, switching, time_along
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
 from flywheel.numerics.faults import POSITIVE, Fault, SceneError, array, brief, coordinate_text, number_faults, refuse, show
@@ -60,7 +60,7 @@ class DriverCourse(NamedTuple):
     variable: str
     start: float
     end: float
-    at: Callable[[Array], Driver]
+    at: Callable[[Array], DriverMotion]
     edges: tuple[float, ...] = ()
     messages: tuple[str, ...] = ()
     exactly: float = 1e-10
@@ -86,7 +86,7 @@ class DriverCourse(NamedTuple):
 def per_unit(scene: Scene) -> DriverCourse:
     """The driver's coordinate itself, through the cycle or along the stroke."""
     return DriverCourse(
-        "per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver, cyclic=scene.stroke is None
+        "per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, DriverMotion, cyclic=scene.stroke is None
     )
 
 
@@ -105,11 +105,11 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> DriverCourse:
     ends = scene.origin, scene.origin + scene.cycle
     first = ends[0] if speed > 0.0 or (stroke is None and over == TIME) else ends[1]
 
-    def at(q: Array, t: Array | None) -> Driver:
+    def at(q: Array, t: Array | None) -> DriverMotion:
         if t is None:
-            return Driver(q, None, np.full(q.size, speed), np.full(q.size, acceleration))
+            return DriverMotion(q, None, np.full(q.size, speed), np.full(q.size, acceleration))
         off = 4 * ROUNDING * (np.abs(t) + abs(first / speed))
-        return Driver(q, t, np.full(q.size, speed), np.zeros(q.size), (off, off * abs(speed), 0.0, 0.0))
+        return DriverMotion(q, t, np.full(q.size, speed), np.zeros(q.size), (off, off * abs(speed), 0.0, 0.0))
 
     condition = f"at {_speed(scene, speed)}"
     if acceleration:
@@ -167,7 +167,7 @@ def steady(machine: Machine, over: str) -> DriverCourse:
     period = float(time(np.array([cycle]))[0])
     share = speed_error_over_cycle(sizing) + 0.1 * sizing.rtol + UNSURE
 
-    def along(q: Array, t: Array, late: Array) -> Driver:
+    def along(q: Array, t: Array, late: Array) -> DriverMotion:
         """Returns the motion at angles q, which the driver passes at times t, with an error `late` of these."""
         turned = q - np.floor(q / cycle) * cycle
         steady_values, (off, slower) = steady_motion(machine, sizing, turned)
@@ -176,7 +176,7 @@ def steady(machine: Machine, over: str) -> DriverCourse:
             for side in (-1.0, 1.0):
                 beside = steady_motion(machine, sizing, (turned + side * error) % cycle)[0].alpha
                 speeding = np.maximum(speeding, np.abs(beside - steady_values.alpha))
-        return Driver(
+        return DriverMotion(
             q,
             t,
             steady_values.omega,
@@ -204,7 +204,7 @@ def steady(machine: Machine, over: str) -> DriverCourse:
     table = np.linspace(0.0, cycle, _INVERTED + 1)
     times = time(table)
 
-    def at(t: Array) -> Driver:
+    def at(t: Array) -> DriverMotion:
         turns = np.floor(t / period)
         left = t - turns * period
         q = np.interp(left, times, table)
@@ -236,7 +236,7 @@ def along_transient(scene: Scene, source: Transient | Motion) -> DriverCourse:
     fastest = float(np.abs(motion.omega).max())
     last = float(motion.t[-1])
 
-    def at(t: Array) -> Driver:
+    def at(t: Array) -> DriverMotion:
         _within(t, 0.0, last)
         t = np.clip(t, 0.0, last)
         now = sampled(trail, t)
@@ -246,7 +246,7 @@ def along_transient(scene: Scene, source: Transient | Motion) -> DriverCourse:
         q = q if scene.stroke is None else np.clip(q, scene.stroke.start, scene.stroke.end)
         off = motion.share * np.abs(now.acceleration - before) + least
         error = np.full(t.size, motion.error)
-        return Driver(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
+        return DriverMotion(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
 
     ended = source.ended if isinstance(source, Transient) else motion.ended
     place, pace = (
@@ -344,7 +344,7 @@ def imposed(
     first, last = float(edges[0]), float(edges[-1])
     size = [float(np.abs(part).max()) for part in values]
 
-    def at(t: Array) -> Driver:
+    def at(t: Array) -> DriverMotion:
         _within(t, first, last)
         t = np.clip(t, first, last)
         place = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, edges.size - 2)
@@ -353,7 +353,7 @@ def imposed(
         aside = 16 * ROUNDING * max(abs(first), abs(last)) * np.where(middle < t, -1.0, 1.0)
         others = [imposed_law.jet(t + share * aside, middle) for share in (1.0, 0.4)]
         errors = [state.spread(part, [other[k] for other in others]) + UNSURE * size[k] for k, part in enumerate(parts)]
-        return Driver(parts[0], t, parts[1], parts[2], (0.0 * t, *errors))
+        return DriverMotion(parts[0], t, parts[1], parts[2], (0.0 * t, *errors))
 
     edge = tuple(edges[1:-1].tolist())
     return DriverCourse(f"imposed: {imposed_law.words}", TIME, first, last, at, edge, tuple(messages))

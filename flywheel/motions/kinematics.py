@@ -24,7 +24,7 @@ from flywheel.numerics.faults import Fault, SceneError, brief, name_faults
 from flywheel.scene.linkage import offered
 from flywheel.scene.scene import TURN, Scene
 
-__all__ = ["DRIVERS", "Extreme", "Kinematics", "Survey", "chosen", "motion", "survey"]
+__all__ = ["DRIVERS", "CurveExtreme", "Kinematics", "Survey", "chosen", "motion", "survey"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ DRIVERS = ("t", "q", "rate", "acceleration")
 # -- the record --------------------------------------------------------------------------------------------------------
 
 
-class Extreme(NamedTuple):
+class CurveExtreme(NamedTuple):
     """The least or greatest value of a quantity of a curve, and where on the axis (q or t) it is, with estimated errors.
 
     `quantity` is "position", "velocity" or "acceleration", `component` "x", "y" or "total" of a point and else empty.
@@ -136,7 +136,7 @@ class Kinematics:
         return self._survey.dead_centre_errors
 
     @property
-    def extremes(self) -> Mapping[str, tuple[Extreme, ...]]:
+    def extremes(self) -> Mapping[str, tuple[CurveExtreme, ...]]:
         """The least and greatest position, velocity and acceleration within the whole motion, by curve."""
         return self._survey.extremes
 
@@ -254,11 +254,11 @@ class Survey(NamedTuple):
     breakpoint_errors: Array
     dead_centres: Mapping[str, Array]
     dead_centre_errors: Mapping[str, Array]
-    extremes: Mapping[str, tuple[Extreme, ...]]
+    extremes: Mapping[str, tuple[CurveExtreme, ...]]
     message: str
 
 
-class _Row(NamedTuple):
+class _CurveRow(NamedTuple):
     """One function of the course's variable: which quantity and component of which curve (`total` squared)."""
 
     name: str
@@ -274,7 +274,7 @@ def survey(moving: Moving, course: DriverCourse, over: str, names: Sequence[str]
     """
     most = _SIZE // (cells.ORDER * 12 * max(len(names), 1))
     edges, close = _cell_edges(moving, course, most // 2)
-    rows: list[_Row] = []
+    rows: list[_CurveRow] = []
 
     def values(mesh: cells.Cells) -> Array:
         values = moving.plain(course.at(mesh.phi.ravel()), names)
@@ -287,7 +287,7 @@ def survey(moving: Moving, course: DriverCourse, over: str, names: Sequence[str]
                 )
                 for component, column in components.items():
                     if order or component != "total":
-                        rows.append(_Row(name, order, component))
+                        rows.append(_CurveRow(name, order, component))
                         table.append(column.reshape(mesh.phi.shape))
         return np.array(table)
 
@@ -326,7 +326,7 @@ def _component(vector: Array, component: str) -> Array:
     return vector if component == "" else amount(vector) if component == "total" else vector["xy".index(component)]
 
 
-def _noise(curve: MotionCurve, row: _Row) -> float:
+def _noise(curve: MotionCurve, row: _CurveRow) -> float:
     """Accuracy of a function's values at the edges of cells, where it is least."""
     error = _component(curve.errors[row.order], row.component)
     if row.component == "total":
@@ -363,7 +363,7 @@ def _axis(course: DriverCourse, over: str, variable: Array) -> Array:
     return variable if over == course.variable or not variable.size else course.at(variable).q
 
 
-def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, noise: Array) -> Array:
+def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_CurveRow], scale: Array, noise: Array) -> Array:
     """Edges at which a velocity or an acceleration jumps."""
     chosen = [k for k, row in enumerate(rows) if row.order and row.component != "total" and scale[k] > 100 * noise[k]]
     if not chosen:
@@ -402,7 +402,7 @@ def _break_errors(course: DriverCourse, breaks: Array) -> Array:
 
 
 def _dead_centres(
-    course: DriverCourse, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
+    course: DriverCourse, mesh: cells.Cells, series: Array, rows: Sequence[_CurveRow], scale: Array, level: Array
 ) -> dict[str, tuple[Array, Array]]:
     """Values of the course's variable at which velocities pass zero, with errors: of a point both components at once."""
     names = list(dict.fromkeys(row.name for row in rows))
@@ -469,9 +469,9 @@ def _extremes(
     over: str,
     mesh: cells.Cells,
     series: Array,
-    rows: Sequence[_Row],
+    rows: Sequence[_CurveRow],
     level: Array,
-) -> dict[str, tuple[Extreme, ...]]:
+) -> dict[str, tuple[CurveExtreme, ...]]:
     """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
     row, where, t, extreme_values, half, bend, wide = _turning_points(mesh, series, level)
     places: list[tuple[int, str, float, float, float, float, float]] = []  # row, which, variable, value, errors, inside
@@ -489,7 +489,7 @@ def _extremes(
     driver = course.at(variable)
     exact, axis = moving.curves(driver)[0], _axis(course, over, variable)
     inside = moving.curves(course.at(np.clip([place[6] for place in places], course.start, course.end)))[0]
-    by_name: dict[str, list[Extreme]] = {}
+    by_name: dict[str, list[CurveExtreme]] = {}
     for n, (k, which, _, value, width, short, _) in enumerate(places):
         name, order, component = rows[k]
         curve = exact[name]
@@ -504,6 +504,6 @@ def _extremes(
         if over != course.variable and driver.rate is not None:
             width = width * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
         by_name.setdefault(name, []).append(
-            Extreme(_QUANTITIES[order], component, which, now, float(axis[n]), off + short, width)
+            CurveExtreme(_QUANTITIES[order], component, which, now, float(axis[n]), off + short, width)
         )
     return {name: tuple(extremes) for name, extremes in by_name.items()}

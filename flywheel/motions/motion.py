@@ -31,7 +31,7 @@ from flywheel.sizing.findings import speed_error_over_cycle
 from flywheel.sizing.results import Sizing
 
 __all__ = [
-    "DRIVER", "TIME", "Driver", "Energy", "Motion", "Peak", "Peaks", "Samples", "Transient", "column",
+    "DRIVER", "TIME", "DriverMotion", "Energy", "Motion", "Peak", "Peaks", "Samples", "Transient", "column",
     "energy_of", "evenly", "highest", "peak", "peaks_of", "regime_motion", "sampled", "samples_of", "speed_at",
     "states_at", "steady_motion", "switching", "time_along", "works_of",
 ]  # fmt: skip
@@ -535,7 +535,7 @@ def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
     return MachineMotion(phi, omega, turning_moment.acceleration_over_cycle(sizing.cycle, sizing.run, phi, omega))
 
 
-class Driver(NamedTuple):
+class DriverMotion(NamedTuple):
     """The driver at n instants: q (rad or m), t (s), rate and acceleration, and their estimated absolute errors.
 
     Per unit of the driver there is neither time nor rate. `errors` are those of t, q, rate and acceleration.

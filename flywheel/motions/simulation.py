@@ -23,7 +23,7 @@ from bondgraph.motion.dynamics import Formulation
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
-from flywheel.machine.dynamics import MachineDynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, StartState, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import Motion, works_of
 from flywheel.numerics.cells import ROUNDING
@@ -112,7 +112,7 @@ def simulate(
         raise SceneError(faults)
     scene = machine.scene
     starts = {**states, "current": current} if current else dict(states)
-    start = Start(phi, omega, _own_states(scene, starts))
+    start = StartState(phi, omega, _own_states(scene, starts))
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
@@ -156,7 +156,7 @@ def actual(source: Machine | Scene) -> Machine:
 
 def motion_from(
     dynamics: MachineDynamics,
-    start: Start,
+    start: StartState,
     until: float,
     rtol: float,
     goals: Sequence[Goal] = (),
@@ -263,7 +263,7 @@ def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str,
     return by_element
 
 
-def graph_motion(machine: Machine, start: Start, until: float, inertia: float, balance: float, rtol: float) -> Run:
+def graph_motion(machine: Machine, start: StartState, until: float, inertia: float, balance: float, rtol: float) -> Run:
     """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and a motor's own states.
 
     Both sides of a compliant shaft need inertia: without it a side has no speed of its own to start with.

@@ -372,12 +372,12 @@ def single_stroke(
             phases = periodic(strokes, None if near is None else near.phases, _at_its_rate(strokes, near))
         if phases.period < phases.stop_time:
             raise strokes.too_fast(phases.stop_time, phases.period)
-        tight, loose = _Run.of(strokes, phases), None
+        tight, loose = _StrokeRun.of(strokes, phases), None
         like = None if rates or near is None else _like(strokes, tight, near)
         signal = None if near is None else near.figures["emergency_angle"]
         if like is None:
             rougher = Strokes(scene, strokes.inertia, _LOOSER * tolerance, strokes)
-            loose = _Run.of(rougher, periodic(rougher, phases))
+            loose = _StrokeRun.of(rougher, periodic(rougher, phases))
             loose.figures.update(_while_locked(rougher, loose.phases))
             signal = loose.figures["emergency_angle"]
         tight.figures.update(_while_locked(strokes, phases, signal if isinstance(signal, float) else None))
@@ -425,7 +425,7 @@ def single_stroke(
     )
 
 
-def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
+def _errors(strokes: Strokes, tight: _StrokeRun, loose: _StrokeRun) -> dict[str, Any]:
     """Absolute errors of the figures, shares and energies of a stroke by the same with a greater tolerance."""
     begin, turns = tight.phases.begin, strokes.plan.continuous * TURN
     returns = max(abs(tight.phases.speed / begin[0] - 1.0), abs(tight.phases.rest - turns - begin[1]) / TURN)
@@ -439,7 +439,7 @@ def _errors(strokes: Strokes, tight: _Run, loose: _Run) -> dict[str, Any]:
     return error
 
 
-def _like(strokes: Strokes, tight: _Run, near: SingleStroke) -> SingleStroke | None:
+def _like(strokes: Strokes, tight: _StrokeRun, near: SingleStroke) -> SingleStroke | None:
     """The neighbour with errors by comparison, if a stroke of its tolerance differs so little that these are valid."""
     like, figures = near.compared or near, tight.figures
     earlier = {**like.figures, "inertia": like.inertia}
@@ -473,7 +473,7 @@ def _off(tight: Mapping[str, Any], loose: Mapping[str, Any], least: float) -> di
 # -- the figures of a stroke ------------------------------------------------------------------------------------------
 
 
-class _Run(NamedTuple):
+class _StrokeRun(NamedTuple):
     """A periodic stroke with its figures, loads over their limits, energies (J in a period), and rise of the windings."""
 
     phases: Phases
@@ -483,7 +483,7 @@ class _Run(NamedTuple):
     windings: Temperature | None
 
     @classmethod
-    def of(cls, strokes: Strokes, phases: Phases) -> _Run:
+    def of(cls, strokes: Strokes, phases: Phases) -> _StrokeRun:
         """The speeds of a stroke that returns."""
         energy = _energy(strokes, phases)
         windings = temperature(strokes, driving_sides(strokes, phases))
@@ -534,7 +534,7 @@ def _figures(strokes: Strokes, phases: Phases, energy: Mapping[str, float], wind
     }
 
 
-def _by_formulas(strokes: Strokes, run: _Run) -> dict[str, float]:
+def _by_formulas(strokes: Strokes, run: _StrokeRun) -> dict[str, float]:
     """Figures by the formulas of presses: a clutch alone against inertias, then the work as a blow from the flywheel."""
     inertia, speed = driving_inertia(strokes), run.phases.begin[0]
     clutch, energy, period = strokes.clutch, max(run.energy["loads"], 0.0), run.phases.period
@@ -813,7 +813,7 @@ def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str
     return {name: extra[name] for name in names}
 
 
-def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
+def _greatest_rate(strokes: Strokes, run: _StrokeRun) -> tuple[float, str, float]:
     """The greatest rate (1/s) within all limits, the load that decides it, and its error.
 
     The speed at which the clutch engages is the unknown: the sooner it engages again, the lower it is. The time until the
@@ -826,15 +826,15 @@ def _greatest_rate(strokes: Strokes, run: _Run) -> tuple[float, str, float]:
     nominal, idle, last = run.phases.begin[0], strokes.typical * strokes.ratio, [run.phases]
     faster, idling = nominal > (1.0 + strokes.rtol) * idle, math.log(_NEAR_IDLE * idle)
 
-    def begun(gap: float) -> _Run:
+    def begun(gap: float) -> _StrokeRun:
         phases = run.phases if faster else regaining(strokes, idle - math.exp(max(gap, idling)), last[0])
         if faster or gap < idling:
             plan = strokes.plan._replace(rate=count / phases.period * math.exp(gap - idling), idle=None)
             slower = Strokes(replace(strokes.scene, single_stroke=plan), strokes.inertia, strokes.rtol, strokes)
-            return _Run.of(slower, fitted(slower, phases, None, 1.0, slower.renewed(phases))[1])
-        return _Run.of(strokes, phases)
+            return _StrokeRun.of(slower, fitted(slower, phases, None, 1.0, slower.renewed(phases))[1])
+        return _StrokeRun.of(strokes, phases)
 
-    def noted(gap: float, tried: _Run) -> None:
+    def noted(gap: float, tried: _StrokeRun) -> None:
         excess = {each: share - 1.0 for each, share in tried.shares.items()}
         if tried.phases.slips:
             excess["clutch torque"] = tried.figures["second_slip_time"] / tried.phases.period

@@ -18,7 +18,7 @@ from bondgraph.numerics import root
 from flywheel.components.motors import Connection, Motor, Started, Switch
 from flywheel.components.motors.starting import as_started
 from flywheel.components.motors.thermal import rise_after
-from flywheel.machine.dynamics import NODES, ONSET, MachineDynamics, Start, Trail
+from flywheel.machine.dynamics import NODES, ONSET, MachineDynamics, StartState, Trail
 from flywheel.machine.equation import Moments
 from flywheel.machine.machine import DRIVE, Anchor, Machine
 from flywheel.numerics import cells
@@ -106,7 +106,7 @@ def _with_mesh_losses(passed: Array, efficiency: float) -> Array:
     return np.where(passed > 0.0, passed / efficiency, passed * efficiency)
 
 
-def moment_at_rest(dynamics: MachineDynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
+def moment_at_rest(dynamics: MachineDynamics, begin: StartState, t: float = 0.0) -> tuple[float, float]:
     """M* at the start from rest at t (s), and the sizes of its moments, there and over the cycle.
 
     It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.

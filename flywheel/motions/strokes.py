@@ -19,7 +19,7 @@ import numpy as np
 
 from bondgraph.motion.stepping import Step
 from bondgraph.numerics import root
-from flywheel.machine.dynamics import NODES, MachineDynamics, Start, Stretch, Trail
+from flywheel.machine.dynamics import NODES, MachineDynamics, MotionStretch, StartState, Trail
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, parse
@@ -317,7 +317,9 @@ class Strokes:
         k = int(falls[-1])
         return root(moment, float(speeds[k]), float(speeds[k + 1])) / self.ratio
 
-    def _run(self, dynamics: MachineDynamics, start: Start, goals: Iterable[Goal] = (), until: float | None = None) -> Trail:
+    def _run(
+        self, dynamics: MachineDynamics, start: StartState, goals: Iterable[Goal] = (), until: float | None = None
+    ) -> Trail:
         """A phase, until a goal or a time (s)."""
         longest = start.time + _LONGEST * TURN / self.typical if until is None else until
         return follow(dynamics, start, longest, self.rtol, [*goals])
@@ -343,7 +345,7 @@ class Strokes:
         """A stroke with its recovery: over the rest of the period, or until a speed (rad/s) is regained."""
         coasting, braking, brake_time, resting = stopping
         release_time, stop_time = legs[-1].end, brake_time + float(braking.t[-1])
-        start, goals = Start(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
+        start, goals = StartState(0.0, self._ends(legs[-1])[0]), [straight("stop", 1, 0.0, 1.0)]
         if regained is None:
             lasting = self.plan.continuous / self.plan.rate if self.plan.rate else stop_time + (self.plan.idle or 0.0)
         else:
@@ -363,7 +365,7 @@ class Strokes:
             rate = self._acceleration(state[1]) / (idle - state[1])
             inertia = self.driving.at(math.pi, math.pi, idle, 0.0).inertia
             idling = Step(Idling(state, step.end, idle, rate, float(inertia)), step.end, lasting - release_time)
-            rest = Stretch(idling, offset, anchor)
+            rest = MotionStretch(idling, offset, anchor)
             recovery = recovery._replace(stretches=(*recovery.stretches, rest), goal=None)
         if regained is not None and recovery.goal != "speed":
             defect = f"a driving side that does not come back to {regained * _RPM:.5g} rpm"
@@ -411,10 +413,10 @@ class Strokes:
             last = clutch.begin + clutch.lasting if clutch.falls else math.inf if touch is None else touch
             goals = [straight("release", 0, self.end, -1.0)] * (not clutch.falls and touch is None)
             goals += [straight("brake", 0, self.brakes_at, -1.0)] * (clutch.falls and touch is None and brake_time is None)
-            begin, fresh = Start(*crank, (), now), bool(legs) and legs[-1].sense == 0
+            begin, fresh = StartState(*crank, (), now), bool(legs) and legs[-1].sense == 0
             sides, acting = self._engaged(sense, clutch, brake), Acting(sense, clutch, brake, goals, last)
             if sense:
-                leg = Leg(clock, *self._slip(sides, Start(0.0, side, (), now), begin, acting, fresh), sense, clutch)
+                leg = Leg(clock, *self._slip(sides, StartState(0.0, side, (), now), begin, acting, fresh), sense, clutch)
                 self._check_slip(leg, legs, rest, touch)
             else:
                 leg = Leg(clock, *(self._hold(sides[0], begin, acting, clock),) * 2, 0, clutch)
@@ -447,8 +449,8 @@ class Strokes:
     def _slip(
         self,
         dynamics: tuple[MachineDynamics, MachineDynamics],
-        side: Start,
-        crank: Start,
+        side: StartState,
+        crank: StartState,
         acting: Acting,
         fresh: bool,
     ) -> tuple[Trail, Trail]:
@@ -532,7 +534,7 @@ class Strokes:
             raise SceneError([self._fault(f"a clutch of {torque} that has not locked after {when:.4g} s, at {where}")])
         raise SceneError([self._fault(defect, advice)])
 
-    def _hold(self, whole: MachineDynamics, crank: Start, acting: Acting, clock: float) -> Trail:
+    def _hold(self, whole: MachineDynamics, crank: StartState, acting: Acting, clock: float) -> Trail:
         """The whole machine with its clutch locked, until it slips or something else ends it."""
         brake, longest = acting.brake, crank.time + _LONGEST * TURN / self.typical
         until = min(acting.last, longest, brake.lasting if brake is not None and brake.falls else math.inf)
@@ -602,7 +604,7 @@ class Strokes:
         coasting = None
         if brake_time is None and begin[0] < self.brakes_at:
             goals = [straight("brake", 0, self.brakes_at, -1.0), straight("stop", 1, 0.0, 1.0)]
-            coasting = self._run(self.driven, Start(*begin), goals)
+            coasting = self._run(self.driven, StartState(*begin), goals)
             begin, time = _last(coasting), time + float(coasting.t[-1])
             if coasting.goal != "brake":
                 defect = f"a crank that comes to rest by itself at {_at(begin[0])}, {time:.4g} s after the clutch engaged"
@@ -635,7 +637,7 @@ class Strokes:
     def braked_from(self, phi: float, omega: float, since: float = 0.0) -> Trail:
         """The driven side until it stands still, from an angle (rad), a speed (rad/s), and a time (s) of its brake."""
         goals = [straight("stop", 1, 0.0, 1.0), straight("turn", 0, phi + TURN, -1.0)]
-        braking = self._run(self.braked, Start(phi, omega, (), since), goals)
+        braking = self._run(self.braked, StartState(phi, omega, (), since), goals)
         if braking.goal != "stop":
             left, brake, time = _last(braking)[1], self.brake.torque, float(braking.t[-1])
             rpm, at = left * _RPM, _at(phi)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bondgraph.numerics import root
 from flywheel.components.motors import Motor, Started
 from flywheel.components.motors.starting import as_started
-from flywheel.machine.dynamics import MachineDynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import MachineDynamics, StartState, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
 from flywheel.motions.motion import (
     Energy,
@@ -292,7 +292,7 @@ def _reversal(setting: TransientSetting, trail: Trail, goes_on: bool) -> list[st
         step = trail.stretches[k].step
         last = np.array([root(lambda t: float(step.dense(t)[1]), step.start, step.end)])
     at = trail.states(last, np.array([k]))[:, 0]
-    stands = Start(float(at[0]), 0.0, tuple(at[3:].tolist()))
+    stands = StartState(float(at[0]), 0.0, tuple(at[3:].tolist()))
     effort, unit = effort_of(machine.scene)
     moment = f"{moment_at_rest(setting.dynamics, stands, float(last[0]))[0]:.6g} {unit}"
     if not before.size:
@@ -445,7 +445,7 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
 
 
 def _switched(
-    setting: TransientSetting, begin: Start, goal: Until, rtol: float, watching: Watching | None
+    setting: TransientSetting, begin: StartState, goal: Until, rtol: float, watching: Watching | None
 ) -> tuple[TransientSetting, str]:
     """A machine whose motor goes through its connections at known times, and a message if one does not end.
 
@@ -481,7 +481,7 @@ def _switched(
     return setting.started(times), ""
 
 
-def _start(setting: TransientSetting, start: float | str, at: float | None, goes_on: bool) -> Start:
+def _start(setting: TransientSetting, start: float | str, at: float | None, goes_on: bool) -> StartState:
     """The start; a SceneError for a released machine that stays at rest, or moves backwards without end.
 
     goes_on: true if it is followed through rests and reversals.
@@ -494,7 +494,7 @@ def _start(setting: TransientSetting, start: float | str, at: float | None, goes
         omega = float(speed_at(setting.needed().sizing, phi))
     else:
         omega = 0.0 if isinstance(start, str) else float(start)
-    begin = Start(phi, omega, _own_states(setting, phi, omega, start == "regime"))
+    begin = StartState(phi, omega, _own_states(setting, phi, omega, start == "regime"))
     start_of_motor = None if setting.motor is None else setting.motor.start
     later = start_of_motor is not None and any(one.until.time is not None for one in start_of_motor.connections)
     if omega > 0.0 or machine.depends_on_time or later or (circuit is not None and dynamics.holds):
@@ -537,7 +537,7 @@ def _own_states(setting: TransientSetting, phi: float, omega: float, of_regime: 
     return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
 
 
-def _start_at_rest(setting: TransientSetting, begin: Start, goes_on: bool) -> Start:
+def _start_at_rest(setting: TransientSetting, begin: StartState, goes_on: bool) -> StartState:
     """The start of a machine that dry friction may hold, where nothing changes with time; goes_on: as for `_start`."""
     machine, dynamics = setting.machine, setting.dynamics
     phi = within(machine, begin.phi)
@@ -564,7 +564,7 @@ def _never_started(setting: TransientSetting, trail: Trail) -> Fault:
     return _unmoved(machine.scene, defect, "a larger drive, less friction, or a start at a speed")
 
 
-def _goals(setting: TransientSetting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
+def _goals(setting: TransientSetting, begin: StartState, goal: Until) -> tuple[list[Goal], float]:
     """End conditions of the motion, with a stop unless a time is given; and that time (s), or the limit of the search.
 
     A machine that starts from rest may go back at first: a stop is then one beyond the start.
@@ -658,7 +658,7 @@ def _ending(setting: TransientSetting, trail: Trail, motion: Motion, goal: Until
             return "stop", f"stopped {at}, where its drive no longer pushes it on{why}"
         if why:
             return "stall", f"stalled {at}{why}"
-        stall = Start(float(states[0, 0]), 0.0, tuple(states[3:, 0].tolist()))
+        stall = StartState(float(states[0, 0]), 0.0, tuple(states[3:, 0].tolist()))
         moment, _ = moment_at_rest(setting.dynamics, stall, last)
         left = f"{effort} at rest is {moment:.6g} {unit_of_effort}"
         if any(stage.efficiency < 1.0 for stage in machine.stages):

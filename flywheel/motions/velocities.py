@@ -67,7 +67,7 @@ class InstantCentre(NamedTuple):
         return self.first == FRAME
 
 
-class _Field(NamedTuple):
+class _RelativeMotion(NamedTuple):
     """Relative motion of two bodies: its rate (n,), its velocity (2, n) at a place (2, n); and both rounding errors.
 
     These follow from the sizes of the subtracted terms, shape (n,) each.
@@ -142,7 +142,7 @@ def _centre(poses: Poses, others: Sequence[Poses], first: str, second: str) -> I
     )
 
 
-def _field(poses: Poses, first: str, second: str) -> _Field:
+def _field(poses: Poses, first: str, second: str) -> _RelativeMotion:
     """The motion of the second body relative to the first, at the origin of the second."""
     origin = Point("origin")
     own, base = poses.point(second, origin), poses.point(first, origin)
@@ -153,17 +153,17 @@ def _field(poses: Poses, first: str, second: str) -> _Field:
     reach = np.hypot(*own.value) + np.hypot(*base.value)  # places are known to roundings of these
     moving = np.hypot(*own.rate) + np.hypot(*base.rate) + turning * reach
     rounding = _ROUNDINGS * ROUNDING
-    return _Field(rate - turn, own.rate - base.rate - swept, own.value, rounding * turning, rounding * moving)
+    return _RelativeMotion(rate - turn, own.rate - base.rate - swept, own.value, rounding * turning, rounding * moving)
 
 
-def _place(poses: Poses, field: _Field, joint: Joint | None) -> Array:
+def _place(poses: Poses, field: _RelativeMotion, joint: Joint | None) -> Array:
     """P = r + J v/theta' (m), wherever it lies; a pin's own place."""
     if joint is not None and joint.kind == PIN:
         return poses.point(joint.first, joint.first_at).value
     return np.asarray(field.place + np.stack((-field.velocity[1], field.velocity[0])) / field.rate)
 
 
-def _direction(poses: Poses, field: _Field, joint: Joint | None) -> Array:
+def _direction(poses: Poses, field: _RelativeMotion, joint: Joint | None) -> Array:
     """Angle (rad, from -pi/2 to pi/2) across the relative velocity, or across a guide."""
     x, y = field.velocity
     angle = np.arctan2(x, -y)

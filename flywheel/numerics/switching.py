@@ -293,7 +293,7 @@ _TAME_POWER = 8  # up to here a power of what the nodes resolve is resolved by t
 _SCALED = scaled_namespace(NAMESPACE)
 
 
-class _Cells(NamedTuple):
+class _TrialCells(NamedTuple):
     """Cells under examination: their bounds in interval arithmetic, values in their middles, share of the range.
 
     `wide` collects the nodes for which cells are too wide, each with a mask of those.
@@ -359,9 +359,9 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
     return np.sort(np.concatenate(splits or [lo]))
 
 
-def _examined(inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array) -> _Cells:
+def _examined(inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array) -> _TrialCells:
     """Cells with the values of names over them (intervals or constants) and in their middles."""
-    return _Cells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), share, [])
+    return _TrialCells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), share, [])
 
 
 def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array, peak: Array) -> Mask:
@@ -388,7 +388,7 @@ def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[st
 
 
 def _refusal(
-    expression: Expression, cells: _Cells, at: int, near: float, middle: Mapping[str, Any], finest: bool
+    expression: Expression, cells: _TrialCells, at: int, near: float, middle: Mapping[str, Any], finest: bool
 ) -> SwitchingError:
     """Reason why no cells within the limits resolve an expression, with the part for which one of them is too wide."""
     node = next(node for node, mask in cells.wide if mask[at])
@@ -414,7 +414,7 @@ def _refusal(
     return SwitchingError(text, near)
 
 
-def _too_wide(node: Node, cells: _Cells, tolerance: Array, powers: Powers) -> Mask:
+def _too_wide(node: Node, cells: _TrialCells, tolerance: Array, powers: Powers) -> Mask:
     """Cells that are too wide for a node or anything inside it; only branches that are taken count.
 
     The node, divided by an exponential factor (its powers), may have an error of the tolerance in every cell: infinite where
@@ -458,7 +458,7 @@ def _share(tolerance: Array, steepness: Any) -> Array:
     return np.asarray(np.where(np.isnan(shared), np.where(tolerance == np.inf, np.inf, 0.0), shared))
 
 
-def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> list[tuple[Node, Array, Powers]]:
+def _of_arguments(node: Node, cells: _TrialCells, u: Scaled, tolerance: Array) -> list[tuple[Node, Array, Powers]]:
     """Each argument of a node, its allowed error, and the exponential factor that divides it."""
     if node.op == "sum":
         return [(arg, tolerance, u.powers) for arg in node.args]
@@ -490,7 +490,7 @@ def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> lis
     return [(arg, unknown, {}) for arg in node.args]
 
 
-def _unfollowed(node: Node, cells: _Cells) -> Mask:
+def _unfollowed(node: Node, cells: _TrialCells) -> Mask:
     """Cells in which the nodes do not follow a function, by the bounds of its arguments."""
     none = np.zeros(cells.share.shape, bool)
     if node.op == "product":
@@ -514,7 +514,7 @@ def _unfollowed(node: Node, cells: _Cells) -> Mask:
     return np.asarray(u.width > (1.5 * np.hypot(1.0, u.mignitude) if node.op == "atan" else _PHASE))
 
 
-def _unfollowed_power(node: Node, cells: _Cells) -> Mask:
+def _unfollowed_power(node: Node, cells: _TrialCells) -> Mask:
     base, exponent = node.args
     none = np.zeros(cells.share.shape, bool)
     if expressions.grows(node):
@@ -537,7 +537,7 @@ def _ratio(u: Interval) -> Array:
     return np.asarray(np.where(u.mignitude > 0, u.magnitude / u.mignitude, np.inf))
 
 
-def _branching(arg: Node, u: Interval, order: float, cells: _Cells) -> Mask:
+def _branching(arg: Node, u: Interval, order: float, cells: _TrialCells) -> Mask:
     """Near a branch point u^order the cells shrink with their distance, until the rest is negligible.
 
     Nor do they shrink where the bounds of u are as wide as rounding alone makes them in the middle of a cell.

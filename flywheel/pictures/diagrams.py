@@ -47,7 +47,7 @@ from flywheel.tables.sizing import candidates, inertia_error
 if TYPE_CHECKING:  # the door of linkages, which a flywheel's diagrams leave shut
     from flywheel.mechanisms.linkages.equations import Track
     from flywheel.motions.joint_forces import JointForces
-    from flywheel.motions.motion import Driver
+    from flywheel.motions.motion import DriverMotion
 
 Array = NDArray[np.float64]
 
@@ -810,14 +810,14 @@ def _condition(scene: Scene, condition: Mapping[str, Any]) -> str:
     return _("At a constant {speed}.", speed=pace)
 
 
-def _derivative(track: Track, driver: Driver, order: int) -> Array:
+def _derivative(track: Track, driver: DriverMotion, order: int) -> Array:
     """The place itself, its velocity g q̇ or its acceleration g q̈ + g' q̇²; g or g' where the driver has no speed."""
     if driver.rate is None or driver.acceleration is None or not order:
         return track[order]
     return track.rate * driver.rate if order == 1 else track.rate * driver.acceleration + track.slope * driver.rate**2
 
 
-def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
+def _unit(length: str, order: int, driver: DriverMotion, scene: Scene) -> str:
     """The unit of a derivative of an angle or a length: by time, or by the driver's coordinate."""
     if not order:
         return length
@@ -828,21 +828,21 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
     return f"{length}/rad" + "²" * (order == 2)
 
 
-def _driver_motion(part: DiagramData, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
+def _driver_motion(part: DiagramData, forces: JointForces | str) -> tuple[DriverMotion, dict[str, Any]]:
     """Motion of the driver: that of the forces; the steady regime; the scene's speed; or per unit."""
     from flywheel.motions import driver as courses
-    from flywheel.motions.motion import Driver, regime_motion
+    from flywheel.motions.motion import DriverMotion, regime_motion
 
     scene, q = part.scene, part.axis.taken
     if part.sizing is not None and part.machine is not None:
         motion = regime_motion(part.sizing, q) if isinstance(forces, str) else forces.motion
-        return Driver(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
+        return DriverMotion(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
     speed = scene.speed if scene.stroke is None else scene.stroke.speed
     if speed:
         course = courses.constant_speed(scene, "scene", courses.DRIVER)
         acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
         return course.at(q), {"kind": "constant", "speed": speed, "acceleration": acceleration}
-    return Driver(q), {"kind": "unit", "speed": None}
+    return DriverMotion(q), {"kind": "unit", "speed": None}
 
 
 def _joints(forces: JointForces) -> dict[str, Array]:

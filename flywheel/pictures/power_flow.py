@@ -105,7 +105,7 @@ def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Pi
     trunk, whole = _trunk(flow, every), input_power(flow, every)
     with rc_context(STYLE):
         if not whole > _NO_STREAM * flow.scale or trunk is None:
-            sheet = _Sheet()
+            sheet = _PowerSheet()
             sheet.text(0.0, 0.0, _("No power flows."), ha="center", va="center", fontsize=11)
             return sheet.figure(_title(flow, at) if titled else "")
         return _Drawing(flow, trunk, whole).figure(_title(flow, at) if titled else "")
@@ -210,7 +210,7 @@ def _leaf(flow: PowerFlow, entry: Entry) -> _Leaf:
 # -- the drawing -------------------------------------------------------------------------------------------------------
 
 
-class _Step(NamedTuple):
+class _TrunkStep(NamedTuple):
     """Step of the trunk at which a stream leaves or joins: powers before and after (W), edges of the trunk (inches)."""
 
     leaf: _Leaf
@@ -237,7 +237,7 @@ class _Drawing:
             low, high = edges[-1]
             edges.append((high - self.width(power), high) if leaf.down else (low, low + self.width(power)))
         rows = zip(leaves, powers[:-1], powers[1:], edges[:-1], edges[1:], strict=True)
-        self.steps = [_Step(leaf, before, after, one, other, k) for (k, leaf), before, after, one, other in rows]
+        self.steps = [_TrunkStep(leaf, before, after, one, other, k) for (k, leaf), before, after, one, other in rows]
         self.begins, self.ends = (powers[0], edges[0]), (powers[-1], edges[-1])
         self.reach = (min(low for low, _high in edges), max(high for _low, high in edges))
         lines = [(leaf.down, 1 + self._label(leaf.entry, leaf.power).count("\n")) for _k, leaf in leaves]
@@ -254,9 +254,9 @@ class _Drawing:
             sheet = self._sheet(2)
         return sheet.figure(title)
 
-    def _sheet(self, levels: int) -> _Sheet:
+    def _sheet(self, levels: int) -> _PowerSheet:
         """Patches and texts, with the names of bent streams on a number of levels."""
-        sheet, x, sides = _Sheet(), 0.0, {True: _Side(levels), False: _Side(levels)}
+        sheet, x, sides = _PowerSheet(), 0.0, {True: _TrunkSide(levels), False: _TrunkSide(levels)}
         bands: list[tuple[float, float, float, float, float]] = []  # of the trunk: x, x, lower and upper edge, power
         power, edges = self.begins
         for k, (name, _leaves) in enumerate(self.trunk.stations):
@@ -302,14 +302,14 @@ class _Drawing:
         self._ends(sheet, x, power, edges)
         return sheet
 
-    def _shares(self, step: _Step) -> tuple[float, float, float]:
+    def _shares(self, step: _TrunkStep) -> tuple[float, float, float]:
         """Widths (inches) of the stream's share of the trunk on its left, on its right, and of the power that passes by."""
         before, after = self.width(step.before), self.width(step.after)
         if step.before * step.after < 0.0:
             return before, after, 0.0
         return max(before - after, 0.0), max(after - before, 0.0), min(before, after)
 
-    def _leaf(self, sheet: _Sheet, step: _Step, corner: float, left: float, right: float, level: int) -> None:
+    def _leaf(self, sheet: _PowerSheet, step: _TrunkStep, corner: float, left: float, right: float, level: int) -> None:
         """A stream's bends, its straight part and its head, or the notch of its tail."""
         leaf = step.leaf
         colour, leaves = self._colour(leaf), leaf.power > 0.0
@@ -346,7 +346,7 @@ class _Drawing:
         share = 100.0 * abs(power) / self.whole
         return "\n".join([*lines, _power(abs(power)), f"{number(digits(share, 0.0, 3))} %"])
 
-    def _write(self, sheet: _Sheet, step: _Step, middle: float, label: str, level: int) -> None:
+    def _write(self, sheet: _PowerSheet, step: _TrunkStep, middle: float, label: str, level: int) -> None:
         """Name, power and share at the end of a stream."""
         down = step.leaf.down
         wide = max(self.width(step.leaf.power), _LEAST)
@@ -354,7 +354,7 @@ class _Drawing:
         y = self._end(down, level) + (-away if down else away)
         sheet.text(middle, y, label, ha="center", va="top" if down else "bottom", fontsize=9)
 
-    def _trunk(self, sheet: _Sheet, bands: Sequence[tuple[float, float, float, float, float]]) -> None:
+    def _trunk(self, sheet: _PowerSheet, bands: Sequence[tuple[float, float, float, float, float]]) -> None:
         """Stretches of the trunk that go one way, each as one outline."""
         run: list[tuple[float, float, float, float, float]] = []
         for band in [*bands, None]:
@@ -368,7 +368,7 @@ class _Drawing:
                 sheet.outline(run, BLUE if run[0][4] > 0.0 else PURPLE)
             run = [band] if band is not None and flows else []
 
-    def _ends(self, sheet: _Sheet, x: float, power: float, edges: tuple[float, float]) -> None:
+    def _ends(self, sheet: _PowerSheet, x: float, power: float, edges: tuple[float, float]) -> None:
         """The two ends of the trunk with their names."""
         trunk, (first, (low, high)) = self.trunk, self.begins
         if trunk.start is not None:
@@ -387,7 +387,7 @@ class _Drawing:
             sheet.text(x + _head(high - low) + 0.12, 0.5 * (low + high), label, ha="left", va="center", fontsize=9.5)
 
 
-class _Side:
+class _TrunkSide:
     """Space taken on one side of the trunk: ends of columns, and the names behind them on each level (inches)."""
 
     def __init__(self, levels: int) -> None:
@@ -433,7 +433,7 @@ def _power(power: float) -> str:
     return f"{five_digits(power / scale.size, most=3)} {scale.name}"
 
 
-class _Sheet:
+class _PowerSheet:
     """Outlines and texts of a drawing, in inches."""
 
     def __init__(self) -> None:

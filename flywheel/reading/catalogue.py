@@ -54,7 +54,7 @@ class Catalogue(NamedTuple):
     file: str = ""
 
 
-class _Column(NamedTuple):
+class _MotorColumn(NamedTuple):
     """A column: its name, its unit, and its key for each motor's type; none if it is unused."""
 
     name: str
@@ -148,7 +148,7 @@ def parse_catalogue(text: str, file: str = "catalogue", *, skip_faulty: bool = F
 # -- the header --------------------------------------------------------------------------------------------------------
 
 
-def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Column]:
+def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_MotorColumn]:
     """The columns of a header: their names as keys are written, and their units."""
     typed = any(_plain(field) == "type" for field in fields)
     types = [name for name in MOTORS if name not in _ROWS_OF_THEIR_OWN] if typed else ["induction"]
@@ -157,7 +157,7 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
         for key in MOTORS[motor].keys:
             if key.kind in DIMENSIONS or (key.kind == "choice" and (key.name != "type" or typed)):
                 by_name.setdefault(key.name, {})[motor] = key
-    columns: list[_Column] = []
+    columns: list[_MotorColumn] = []
     absent = [name for name in (*by_name, *_OWN) if name not in map(_plain, fields)]
     for field in fields:
         match = _HEAD.fullmatch(field)
@@ -172,7 +172,7 @@ def _columns(fields: Sequence[str], where: str, faults: list[Fault]) -> list[_Co
             faults.append(Fault(path, "an unknown column", "a known one", f'did you mean "{near}"?'))
         elif unit:
             faults += _unit_faults(unit, {key.kind for key in keys.values() if key.kind in DIMENSIONS}, path)
-        columns.append(_Column(name, unit, keys))
+        columns.append(_MotorColumn(name, unit, keys))
     names = [column.name for column in columns]
     needed = ["name", *([] if typed else ["power", "speed", "breakdown_ratio"])]
     faults += [Fault(where, f"no column {name}", _expected(name, by_name)) for name in needed if name not in names]
@@ -213,7 +213,7 @@ def _plain(field: str) -> str:
 
 
 def _row(
-    number: int, cells: Sequence[str], columns: Sequence[_Column], where: str, faults: list[Fault]
+    number: int, cells: Sequence[str], columns: Sequence[_MotorColumn], where: str, faults: list[Fault]
 ) -> CatalogueMotor | None:
     """The motor of a row; None after noting its faults."""
     if len(cells) != len(columns):
@@ -254,7 +254,7 @@ def _row(
     return CatalogueMotor(name, table, motor, price, currency, number)
 
 
-def _cell(cell: str, column: _Column, motor: str, path: str, faults: list[Fault]) -> Any:
+def _cell(cell: str, column: _MotorColumn, motor: str, path: str, faults: list[Fault]) -> Any:
     """The value of a cell as in a scene; None if it is empty, or after noting a fault."""
     text, unit = cell.strip(), column.unit
     if not text:
@@ -310,7 +310,7 @@ def _field(table: dict[str, Any], path: str, faults: list[Fault]) -> None:
 
 
 def _price(
-    table: Mapping[str, str], columns: Iterable[_Column], at: Mapping[str, str], faults: list[Fault]
+    table: Mapping[str, str], columns: Iterable[_MotorColumn], at: Mapping[str, str], faults: list[Fault]
 ) -> tuple[float | None, str]:
     """The price of a row and its currency: in a separate column, in the header, or in the cell."""
     text = table.get("price", "").strip()

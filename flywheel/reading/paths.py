@@ -18,7 +18,7 @@ from flywheel.numerics.units import (
     plain_number,
     split_quantity,
 )
-from flywheel.scene.scene import Document, Scene
+from flywheel.scene.scene import Scene, SceneSource
 
 _NO_NUMBERS = ("title", "source", "name", "file", "column")
 _LAWS = ("force", "torque", "x", "theta", "lift")
@@ -167,7 +167,7 @@ def _trial(scene: Scene, path: str, value: float) -> SceneError | None:
     return None
 
 
-def _document(scene: Scene) -> Document:
+def _document(scene: Scene) -> SceneSource:
     if scene.document is None:
         advice = "change the scene that it was made from"
         raise SceneError([Fault("scene", "one made by dataclasses.replace", "one that was read", advice)])

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import ONSET, MachineDynamics, Start, Trail, dynamics_of
+from flywheel.machine.dynamics import ONSET, MachineDynamics, StartState, Trail, dynamics_of
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
@@ -271,7 +271,7 @@ class Branch:
         try:
             with _walks(_WORK):
                 until = 100.0 * _TURNS * machine.scene.cycle / self.speed
-                trail = follow(dynamics, Start(phi, speed, states), until, _RTOL, goals, passing)
+                trail = follow(dynamics, StartState(phi, speed, states), until, _RTOL, goals, passing)
         except SceneError:
             return None
         if trail.goal == _STOPS or trail.stuck is not None:
@@ -437,7 +437,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
     each = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS
     try:
         with _walks(_HURRIED if hurried else _WORK, each):
-            trail = follow(dynamics, Start(0.0, speed, states), until, _RTOL_OF_ENDING, goals, passing)
+            trail = follow(dynamics, StartState(0.0, speed, states), until, _RTOL_OF_ENDING, goals, passing)
     except BudgetError:
         return Ending(Outcome.UNKNOWN)
     except SceneError as error:

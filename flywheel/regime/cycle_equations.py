@@ -184,7 +184,7 @@ def periodic(
 
     """
     spend(_PER_SEARCH)
-    equations = _Equations(moments, reference, demand, apart)
+    equations = _RegimeEquations(moments, reference, demand, apart)
     state, last, final, long = start, np.inf, demand.speed is not None, 0
     for step in range(1, _MOST_STEPS + 1):
         here = equations.speeds(state)
@@ -221,7 +221,7 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
     Arguments as those of `periodic`, with an axis of machines before all others. Those that have converged or failed are set
     aside when they are half of all.
     """
-    equations, which = _Equations(moments, reference, demand), np.arange(reference.size)
+    equations, which = _RegimeEquations(moments, reference, demand), np.arange(reference.size)
     state, last, damped = start, np.full(reference.shape, np.inf), np.zeros(reference.shape)
     final, good = np.full(reference.shape, demand.speed is not None), np.zeros(reference.shape, bool)
     aside: list[tuple[Index, tuple[Any, ...]]] = []
@@ -252,7 +252,7 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
     for some, rows in aside:
         for column, row in zip(columns, rows, strict=True):
             column[some] = row
-    equations = _Equations(moments, columns[4], demand)
+    equations = _RegimeEquations(moments, columns[4], demand)
     equations.lost = ~good
     motions = equations.result(State(*columns[:4]), Changes(*columns[5:]), _MOST_BATCH_STEPS)
     return motions, good & ~equations.lost
@@ -272,7 +272,7 @@ def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, ow
     nodes = edges[..., :-1, None] + rising @ cells.basis(NODES).T
     left = (edges[..., -1] / ends[..., -1])[..., None]
     nodes, edges = nodes - left[..., None] * mesh.phi, edges - left * ends
-    variation = _Inertia(moments)
+    variation = _CycleInertia(moments)
     square, total = np.asarray(reference**2)[..., None], _over_cells(inertia) + moments.inertia
     # at that very speed
     still_nodes, still_edges = 0.5 * square[..., None] * variation.nodes, 0.5 * square * variation.edges
@@ -290,7 +290,7 @@ def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, ow
 
 def even_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
     """A constant speed and constant states of a motor: the motion itself where loads are constant."""
-    variation, square = _Inertia(moments), reference**2
+    variation, square = _CycleInertia(moments), reference**2
     at_nodes = [0.5 * square * variation.nodes, *(np.full(moments.mesh.phi.shape, value) for value in own)]
     at_edges = [0.5 * square * variation.edges, *(np.full(variation.edges.shape, value) for value in own)]
     return State(np.stack(at_nodes, axis=1), np.stack(at_edges, axis=1), inertia, unknown)
@@ -306,7 +306,7 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
         return None
     own = [float(value) for value in moments.steady_states(reference)]
     state = even_guess(moments, reference, inertia, unknown, own)
-    equations = _Equations(moments, reference, demand._replace(inertia=inertia, irregularity=None))
+    equations = _RegimeEquations(moments, reference, demand._replace(inertia=inertia, irregularity=None))
     here = equations.speeds(state)
     left = here.rates.copy()
     left[:, 0] -= 0.5 * reference**2 * moments.slope
@@ -345,7 +345,7 @@ def exponents(moments: Moments, reference: float, inertias: Sequence[float], unk
     """
     own = [float(value) for value in moments.steady_states(reference)]
     state = even_guess(moments, reference, inertias[0], unknown, own)
-    equations = _Equations(moments, reference, Demand(inertias[0], None, None))
+    equations = _RegimeEquations(moments, reference, Demand(inertias[0], None, None))
     here = equations.speeds(state)
     jacobian = np.repeat(equations.slopes(state, here)[0][None], len(inertias), axis=0)
     lighter = here.total / (here.total + (np.array(inertias) - inertias[0])[:, None, None])  # as an energy changes the speed
@@ -355,7 +355,7 @@ def exponents(moments: Moments, reference: float, inertias: Sequence[float], unk
 
 def about(solved: Periodic, reference: float) -> State:
     """The states of a motion with energies relative to another speed (rad/s)."""
-    state, start = solved.state, solved.state.inertia + _Inertia(solved.moments).start
+    state, start = solved.state, solved.state.inertia + _CycleInertia(solved.moments).start
     shift = 0.5 * start * (solved.reference - reference) * (solved.reference + reference)
     nodes, edges = state.nodes.copy(), state.edges.copy()
     nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
@@ -384,7 +384,7 @@ def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any)
     if not np.any(near):
         return None
     omega = np.where(_over_cells(near), omega, np.nan)
-    start = (inertia + _Inertia(moments).start) * reference**2
+    start = (inertia + _CycleInertia(moments).start) * reference**2
     energy = 0.5 * ((_over_cells(inertia) + moments.inertia) * omega**2 - _over_cells(start))
     ends = cells.ends(cells.fit(energy))
     edges = np.concatenate((ends[..., 0], ends[..., -1:, 1]), axis=-1)
@@ -393,7 +393,7 @@ def balanced_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any)
 
 def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omega: Array, own: Array) -> State:
     """The states of a motion given at ascending angles (rad) over a cycle: speeds (rad/s) and a motor's own."""
-    mesh, variation = moments.mesh, _Inertia(moments)
+    mesh, variation = moments.mesh, _CycleInertia(moments)
     start = inertia + variation.start
 
     def at(places: Array, varies: Array) -> Array:
@@ -406,7 +406,7 @@ def sampled(moments: Moments, reference: float, inertia: float, phi: Array, omeg
 
 def unevenness(moments: Moments, reference: float, even: State) -> Array:
     """The excess of the states' rates over those of an even motion, (cells, states, nodes): zero where that is steady."""
-    equations = _Equations(moments, reference, Demand(even.inertia, None, None))
+    equations = _RegimeEquations(moments, reference, Demand(even.inertia, None, None))
     excess = equations.speeds(even).rates.copy()
     excess[:, 0] -= 0.5 * reference**2 * moments.slope
     return excess
@@ -418,7 +418,7 @@ def with_inertia(state: State, moments: Moments, reference: Any, inertia: Any) -
     The first suits loads that do not depend on speed, the second those that depend mainly on it. Of many motions each is
     treated by itself.
     """
-    variation, square = _Inertia(moments), np.asarray(reference) ** 2
+    variation, square = _CycleInertia(moments), np.asarray(reference) ** 2
 
     def beside(number: Any, varies: Array) -> Array:
         number = np.asarray(number)
@@ -459,11 +459,11 @@ def carried(solved: Periodic, moments: Moments) -> State:
 def speeds(state: State, moments: Moments, reference: float) -> Array | None:
     """The speeds (rad/s) at the nodes of a state; None if it stops."""
     total = state.inertia + moments.inertia
-    s = (2 * state.nodes[:, 0] - reference**2 * _Inertia(moments).nodes) / (reference**2 * total)
+    s = (2 * state.nodes[:, 0] - reference**2 * _CycleInertia(moments).nodes) / (reference**2 * total)
     return reference * np.sqrt(1.0 + s) if s.min() > -1.0 and total.min() > 0.0 else None
 
 
-class _Inertia:
+class _CycleInertia:
     """I* over the cycle as its value at phi = 0 and the difference from that, at nodes and edges."""
 
     def __init__(self, moments: Moments) -> None:
@@ -474,7 +474,7 @@ class _Inertia:
         self.start = cells.ends(cells.fit(moments.inertia[..., 0, :]))[..., 0]
 
 
-class _Speeds(NamedTuple):
+class _NodeSpeeds(NamedTuple):
     """A state's speeds and the rates of its states at the nodes, with the speed's slopes by energy and inertia."""
 
     omega: Array
@@ -491,7 +491,7 @@ def _over_cells(numbers: Any) -> Any:
     return np.asarray(numbers)[..., None, None]
 
 
-class _Equations:
+class _RegimeEquations:
     """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed.
 
     Those of many motions at once have an axis of motions before all others, in moments, states and demand. A motion
@@ -501,7 +501,7 @@ class _Equations:
     def __init__(self, moments: Moments, reference: Any, demand: Demand, apart: Array | None = None) -> None:
         self.moments, self.w, self.demand, self.apart = moments, reference, demand, apart
         self.mesh: Cells = moments.mesh
-        self.inertia = _Inertia(moments)
+        self.inertia = _CycleInertia(moments)
         self.sized = demand.inertia is None
         self.balanced = moments.machine.scene.unknown is not None
         self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
@@ -515,15 +515,15 @@ class _Equations:
         elif not good:
             raise fault()
 
-    def of(self, which: Index) -> _Equations:
+    def of(self, which: Index) -> _RegimeEquations:
         """The equations of some of many motions."""
         moments: Any = self.moments
         demand = Demand(*(None if each is None else each[which] for each in self.demand))
-        selection = _Equations(moments.of(which), self.w[which], demand)
+        selection = _RegimeEquations(moments.of(which), self.w[which], demand)
         selection.lost = self.lost[which]
         return selection
 
-    def about_own_mean(self, state: State, which: Any = True) -> tuple[_Equations, State]:
+    def about_own_mean(self, state: State, which: Any = True) -> tuple[_RegimeEquations, State]:
         """The same motion with its energies relative to its own mean of extremes; of many, a selection."""
         speed = self.w * (1.0 + 0.5 * self.extremes(state, self.speeds(state)).excess.sum(axis=-1))
         speed = np.where(which, speed, self.w)[()]
@@ -540,7 +540,7 @@ class _Equations:
         total, square = _over_cells(inertia) + self.moments.inertia, _over_cells(self.w) ** 2
         return total, (2 * energy - square * self.inertia.nodes) / (square * total)
 
-    def speeds(self, state: State) -> _Speeds:
+    def speeds(self, state: State) -> _NodeSpeeds:
         """Speeds and rates at the nodes."""
         total, s = self.excess(state.nodes[..., 0, :], state.inertia)
         self.check((s.min(axis=(-2, -1)) > -1.0) & (total.min(axis=(-2, -1)) > 0.0), lambda: NoRegimeError(_STOPS))
@@ -557,9 +557,9 @@ class _Equations:
             rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]
         by_energy = 1.0 / (total * omega)
         followed = np.stack(rates, axis=-2) if self.apart is None else np.stack(rates, axis=-2) - self.apart
-        return _Speeds(omega, rate, total, s, by_energy, -0.5 * w**2 * s / (total * omega), followed)
+        return _NodeSpeeds(omega, rate, total, s, by_energy, -0.5 * w**2 * s / (total * omega), followed)
 
-    def slopes(self, state: State, here: _Speeds) -> tuple[Array, Array]:
+    def slopes(self, state: State, here: _NodeSpeeds) -> tuple[Array, Array]:
         """dF/dz (cells, states, states, nodes) and dF/dp (cells, states, parameters, nodes) of all states' rates F."""
         rate, states = here.rate, state.nodes.shape[-2]
         *lead, nodes = here.omega.shape
@@ -586,7 +586,7 @@ class _Equations:
             by_parameter[..., 0, k, :] += rate.by_inertia
         return by_state, by_parameter
 
-    def linearisation(self, state: State, here: _Speeds) -> Changes:
+    def linearisation(self, state: State, here: _NodeSpeeds) -> Changes:
         """The equations of small changes over the cycle."""
         spend(_PER_STEP + self.mesh.phi.size)
         by_state, by_parameter = self.slopes(state, here)
@@ -598,7 +598,7 @@ class _Equations:
             return cells.changes(*through)
         return cells.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
 
-    def conditions(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
+    def conditions(self, state: State, here: _NodeSpeeds, change: Changes) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the required speeds.
 
         Derivatives of the excess e of the extremes, omega = w (1 + e): by the unknowns (2, unknowns), and by itself (2,).
@@ -612,7 +612,7 @@ class _Equations:
             right.append(of_extremes[1])
         return np.concatenate(rows, axis=-2), np.concatenate(right, axis=-1)
 
-    def _of_extremes(self, state: State, here: _Speeds, change: Changes) -> tuple[Array, Array]:
+    def _of_extremes(self, state: State, here: _NodeSpeeds, change: Changes) -> tuple[Array, Array]:
         """The equations on the extremes of speed."""
         at, states = self.extremes(state, here), state.nodes.shape[-2]
         weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
@@ -641,7 +641,7 @@ class _Equations:
         row = slow[..., None] * of_square[..., :1, :] - fast[..., None] * of_square[..., 1:, :]
         return row, 2.0 * eps - slow * places[..., :1] + fast * places[..., 1:]
 
-    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, Any]:
+    def newton_step(self, state: State, here: _NodeSpeeds, change: Changes) -> tuple[State, Any]:
         """The state after a Newton step, shortened so that the machine keeps turning; its size by the fluctuation of speed.
 
         After a step at least a quarter of omega² remains everywhere; steps are halved until that holds.
@@ -700,7 +700,7 @@ class _Equations:
         fluctuation = np.ptp(self.extremes(state, here).excess, axis=-1)
         return np.minimum(level / np.maximum(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
 
-    def sensitivity(self, state: State, here: _Speeds, change: Changes) -> Sensitivity:
+    def sensitivity(self, state: State, here: _NodeSpeeds, change: Changes) -> Sensitivity:
         """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to net work of the cycle."""
         matrix, _ = self.conditions(state, here, change)
         scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
@@ -718,7 +718,7 @@ class _Equations:
         with np.errstate(divide="ignore"):
             return Sensitivity((by_square / divisor)[()], (answer[..., 0] / divisor)[()])
 
-    def extremes(self, state: State, here: _Speeds, *, settled: bool = False) -> SpeedExtremes:
+    def extremes(self, state: State, here: _NodeSpeeds, *, settled: bool = False) -> SpeedExtremes:
         """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
 
         The energy is the integral of F once the iteration has converged; before, that integral has no meaning. All roots
@@ -759,7 +759,7 @@ class _Equations:
         motions, number, *others = values.shape
         return values.reshape(-1, *others)[number * np.arange(motions)[:, None] + cell]
 
-    def _fluctuation(self, state: State, here: _Speeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
+    def _fluctuation(self, state: State, here: _NodeSpeeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
         """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
         basis = cells.basis(t)
         if settled:

@@ -21,12 +21,12 @@ from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta, standstill
 from bondgraph.motion.runge_kutta import STIFF, RateField, Rates
 from bondgraph.motion.standstill import ROUNDING, Release
-from bondgraph.motion.stepping import Events, Piece, Step, StepError, Tolerance, residuals, through
+from bondgraph.motion.stepping import Events, Piece, Step, StepError, StepTolerance, residuals, through
 from bondgraph.numerics import counting, summit
 from flywheel.components.motors.motor import States
-from flywheel.machine.dynamics import ONSET, MachineDynamics, Start, Stretch, Trail, later
+from flywheel.machine.dynamics import ONSET, MachineDynamics, MotionStretch, StartState, Trail, later
 from flywheel.machine.equation import not_finite
-from flywheel.machine.loads import Effort
+from flywheel.machine.loads import LoadLaw
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count
 from flywheel.numerics.cells import Array
@@ -52,8 +52,8 @@ class SwitchingTimes:
 
     def __init__(self, machine: Machine, until: float) -> None:
         self.until = until
-        self._switches: list[tuple[Effort, Expression]] = []  # what decides branches by time alone, with `phi` for `t`
-        self._smooth: list[tuple[Effort, Expression]] = []  # the largest parts of laws of time alone, likewise
+        self._switches: list[tuple[LoadLaw, Expression]] = []  # what decides branches by time alone, with `phi` for `t`
+        self._smooth: list[tuple[LoadLaw, Expression]] = []  # the largest parts of laws of time alone, likewise
         for effort in machine.efforts:
             law = effort.load.law
             if isinstance(law, Expression) and effort.uses_time:
@@ -100,7 +100,7 @@ def _at_rest(part: Expression) -> Expression:
     return Expression(part.text, composed(part.tree, {"omega": numeral(0.0)})) if part.names >= {"omega", "t"} else part
 
 
-def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
+def _timed(effort: LoadLaw, node: Node) -> Iterator[Expression]:
     """The largest parts of a law, from a node of it on, that depend on time alone."""
     part = Expression(written(node), node)
     if node.args and effort.is_timed(part):
@@ -111,7 +111,7 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
 
 
 def _switching_times(
-    search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any
+    search: Callable[..., Iterable[float]], laws: list[tuple[LoadLaw, Expression]], low: Any, high: Any
 ) -> set[float]:
     """The switching times (s) of laws of time between ends, by interval bounds; a fault names `t` as in the scene."""
     times: set[float] = set()
@@ -178,8 +178,8 @@ def returns(machine: Machine, balance: float) -> bool:
 
 
 def copies(
-    cycle: Sequence[Stretch], period: float, way: float, count: int, goals: Sequence[Goal]
-) -> Iterator[list[Stretch]]:
+    cycle: Sequence[MotionStretch], period: float, way: float, count: int, goals: Sequence[Goal]
+) -> Iterator[list[MotionStretch]]:
     """Repetitions of a cycle, each a period (s) and an angle (rad) later, up to a count and until a goal is near.
 
     Goals are searched for at a few instants of every step.
@@ -192,7 +192,7 @@ def copies(
     for k in range(1, count + 1):
         if any(bool((goal.value(t + k * period, phi + k * way, omega) <= 0.0).any()) for goal in goals):
             return
-        yield [Stretch(later(step, k * period), offset + k * way, anchor) for step, offset, anchor in cycle]
+        yield [MotionStretch(later(step, k * period), offset + k * way, anchor) for step, offset, anchor in cycle]
 
 
 # -- at rest --------------------------------------------------------------------------------------------------------------
@@ -338,7 +338,7 @@ Watching = Callable[[float, float], None]
 
 def follow(
     dynamics: MachineDynamics,
-    start: Start,
+    start: StartState,
     until: float,
     rtol: float,
     goals: Sequence[Goal] = (),
@@ -354,16 +354,16 @@ def follow(
 
     Raises SceneError if the motion is not determined, or sticks at a switch to which both sides drive it back.
     """
-    return _Motion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching, beside).trail()
+    return _FreeMotion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching, beside).trail()
 
 
-class _Motion:
+class _FreeMotion:
     """The present state of a motion: `state` has phi reduced to one cycle, `offset` is the part taken off."""
 
     def __init__(
         self,
         dynamics: MachineDynamics,
-        start: Start,
+        start: StartState,
         until: float,
         rtol: float,
         goals: Sequence[Goal],
@@ -384,9 +384,9 @@ class _Motion:
         if (circuit := dynamics.circuit) is not None:
             self.sizes += circuit.scales
             absolute += [rtol * _LEAST_SPEED * scale for scale in circuit.scales]
-        self.tolerance = Tolerance(rtol, np.array(absolute))
+        self.tolerance = StepTolerance(rtol, np.array(absolute))
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, *start.states])
-        self.t, self.stretches = start.time, list[Stretch]()
+        self.t, self.stretches = start.time, list[MotionStretch]()
         self.branching = dynamics.branching
         self.rough = rough_joints(dynamics)
         # of the motion, 0 at rest; None if no law knows it
@@ -435,7 +435,7 @@ class _Motion:
             stopped = self.direction is not None and events is not None and crossed == events.sides.size - 1
             if stopped:
                 self.state[1] = self.direction = 0.0
-            self._add([Stretch(step, self.offset, anchor) for step in steps if step.end > step.start])
+            self._add([MotionStretch(step, self.offset, anchor) for step in steps if step.end > step.start])
             stops = stops + 1 if crossed is not None and self.t == steps[-1].start else 0
             crossings = crossings + 1 if crossed is not None else 0
             if stops and self.direction and 0.0 < abs(self.state[1]) <= _REST_SPEED * self.typical:  # it stops with that
@@ -463,7 +463,7 @@ class _Motion:
         counts = self.cycles, self.repeated, self.drift, self.left
         return Trail(self.dynamics, self.start, stretches, goal, stuck, *counts)
 
-    def _add(self, stretches: list[Stretch]) -> None:
+    def _add(self, stretches: list[MotionStretch]) -> None:
         """Keeps stretches that end now; in none of them does the speed oppose the direction of its laws.
 
         So no dry law supplies energy: its moment is against that direction.
@@ -518,7 +518,7 @@ class _Motion:
         joints = np.zeros(3 * self.rough) if self.rough else None
         factors = None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages)
         anchor = Anchor(phi, 0.0, 0.5 * (self.t + stop), factors, joints, 0.0)
-        self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
+        self._add([MotionStretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
         self.t, self.state = end, rest.at(end)
         if self.direction and not self.dynamics.holds:
             self.direction = None
@@ -701,7 +701,7 @@ class _Motion:
             rows = [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, states[3:])
             return np.array(rows, dtype=float).reshape(len(rows), t.size)  # none if no load switches in this piece
 
-        def clear(step: runge_kutta.Step) -> bool:
+        def clear(step: runge_kutta.MethodStep) -> bool:
             for line in lines:
                 assert line is not None
                 k, level, slope = line

@@ -1,7 +1,7 @@
 """Steady periodic motion of a machine whose torques depend on speed: on cells fine enough for the required error.
 
 Cells are halved until the estimates are within the tolerance, and cut where laws switch at a speed or a mesh changes its
-driving side: the motion itself gives these angles, so cutting and solving alternate (`_Search.refinement`). Along the
+driving side: the motion itself gives these angles, so cutting and solving alternate (`_RegimeSearch.refinement`). Along the
 motion, the moment is a function of angle, as in machines without torques that depend on speed.
 
 Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995.
@@ -148,7 +148,7 @@ def own_motion(
     sensitivity may be rounding, and with itself where laws switch along the motion.
 
     """
-    search = _Search(machine, reference, demand, rtol)
+    search = _RegimeSearch(machine, reference, demand, rtol)
     if near is None and demand.inertia is None and (even := search.with_flywheel(0.0).even(0.0, unknown)) is not None:
         return even
     if demand.inertia == 0.0 and search.weightless():
@@ -176,7 +176,7 @@ def own_motion(
 
 def is_damped(machine: Machine, reference: float, inertia: float, unknown: float) -> bool:
     """Tests whether torques damp a change of speed so fast that a motion may need no flywheel; see `own_motion`."""
-    return _Search(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
+    return _RegimeSearch(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
 
 
 def own_motion_near(
@@ -204,7 +204,7 @@ def own_motion_near(
         NoRegimeError: if there is no such motion, or it is too far away.
 
     """
-    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol, intermediate)
+    search = _RegimeSearch(machine, other.solved.reference, Demand(inertia, None, speed), rtol, intermediate)
     if inertia == 0.0 and search.weightless():
         return search.vanishing(other.solved.state.unknown, other)
     even = search.even(inertia, other.solved.state.unknown) if other.run.irregularity <= _ROUNDING_IRREGULARITY else None
@@ -219,7 +219,7 @@ def own_motion_again(machine: Machine, solved: Periodic, demand: Demand, rtol: f
 
     """
     base, edges = machine.mesh, solved.moments.mesh.edges
-    search = _Search(machine, solved.reference, demand, rtol)
+    search = _RegimeSearch(machine, solved.reference, demand, rtol)
     return _checked(search.refinement(solved, base, edges[~np.isin(edges, base)]))
 
 
@@ -239,7 +239,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
 
     """
     reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
-    search = _Search(machine, reference, demand, rtol)
+    search = _RegimeSearch(machine, reference, demand, rtol)
     base, cuts = search.layers(search.narrow(inertia, 0.0), np.zeros(0), reference, inertia, 0.0)
     return _checked(search.from_start(lambda moments: sampled(moments, reference, inertia, phi, omega, own), base, cuts))
 
@@ -276,7 +276,7 @@ def _open_flywheel(motion: OwnMotion) -> UnresolvedError:
     return UnresolvedError(f"an irregularity almost independent of the flywheel: {what}")
 
 
-class _Search(NamedTuple):
+class _RegimeSearch(NamedTuple):
     """A machine, a speed near that of its motion, its requirements, and the error allowed.
 
     `intermediate` is true for a motion from which others are found; it is solved no more closely than that requires.
@@ -288,7 +288,7 @@ class _Search(NamedTuple):
     rtol: float
     intermediate: bool = False
 
-    def with_flywheel(self, inertia: float) -> _Search:
+    def with_flywheel(self, inertia: float) -> _RegimeSearch:
         """The search for the motion with a given flywheel."""
         return self._replace(demand=Demand(inertia, None, self.demand.speed))
 
@@ -447,7 +447,7 @@ class _Search(NamedTuple):
         """The motion on given cells; an intermediate one only as closely as the next requires."""
         return periodic(moments, reference, self.demand, start, within=_CLOSE if intermediate or self.intermediate else 0.0)
 
-    def to_others(self) -> _Search:
+    def to_others(self) -> _RegimeSearch:
         """The search for an intermediate motion."""
         return self._replace(rtol=_INTERMEDIATE_ERROR, intermediate=True)
 

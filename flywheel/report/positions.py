@@ -20,7 +20,7 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import ONE, Arm, Family, body
 from flywheel.mechanisms.linkage import Cyclic, followed
-from flywheel.mechanisms.linkages.equations import Form, Relation
+from flywheel.mechanisms.linkages.equations import CouplingRelation, Form
 from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.expressions import unit_text as si_text
@@ -314,7 +314,7 @@ def _signed(one: str, other: str) -> str:
     return "" if one == other else "-"
 
 
-class _Arms:
+class _ArmSymbols:
     """The arms of a linkage's bodies: a symbol for every length and every fixed angle, in the order of their use."""
 
     def __init__(self, made: Sheet, symbols: Sequence[str]) -> None:
@@ -384,7 +384,7 @@ def _linkage(made: Sheet) -> None:
     for name in loops.names[1:]:
         what, of = name.split(" of ", 1)
         symbols.append(f"{'theta' if what == 'angle' else 's'}_{index(of)}")
-    arms = _Arms(made, symbols)
+    arms = _ArmSymbols(made, symbols)
 
     def swings(coefficients: Any, more: Sequence[tuple[complex, Array]] = ()) -> list[Swing]:
         bases = zip(coefficients, loops.turns, loops.slides, strict=True)
@@ -413,7 +413,7 @@ def _linkage(made: Sheet) -> None:
     made.tables.insert(0, (_("Loop equations"), table))
 
 
-def _coupled(made: Sheet, coupling: Coupling, relation: Relation, symbols: Sequence[str]) -> Step:
+def _coupled(made: Sheet, coupling: Coupling, relation: CouplingRelation, symbols: Sequence[str]) -> Step:
     """A gear, a wheel that rolls, or a cam, as an equation between two coordinates."""
 
     def side(form: Form) -> str:

@@ -15,7 +15,7 @@ from flywheel.components.load_models import model_of
 from flywheel.language import message
 from flywheel.language import number as localized
 from flywheel.language import text as _
-from flywheel.machine.loads import Effort, TableCurve
+from flywheel.machine.loads import LoadLaw, TableCurve
 from flywheel.machine.machine import FRICTION, Machine
 from flywheel.mechanisms.families import ONE
 from flywheel.numerics import cells
@@ -621,7 +621,7 @@ def _damper(at: StepsAt, coefficient: float, part: str, element: OnePort, share:
 # -- loads and the drive -----------------------------------------------------------------------------------------------
 
 
-def _effort(at: StepsAt, effort: Effort, part: str, element: OnePort, share: Quantity, n: int) -> Iterator[Part]:
+def _effort(at: StepsAt, effort: LoadLaw, part: str, element: OnePort, share: Quantity, n: int) -> Iterator[Part]:
     """A load or the drive: its window, its law with the numbers, and its share of M*."""
     here, anchor = _here(at, effort.load.on)
     with np.errstate(all="ignore"):
@@ -651,7 +651,7 @@ def _effort(at: StepsAt, effort: Effort, part: str, element: OnePort, share: Qua
     yield _work_step(at, force, element.junction, share)
 
 
-def _model(at: StepsAt, effort: Effort) -> str:
+def _model(at: StepsAt, effort: LoadLaw) -> str:
     """Description of a load of a known kind, or a motor, and the formula for its numbers from the scene."""
     load = effort.load
     if not load.model:
@@ -662,7 +662,7 @@ def _model(at: StepsAt, effort: Effort) -> str:
     return " ".join(filter(None, (words, "" if kind is None else message(kind.formula))))
 
 
-def _law(at: StepsAt, effort: Effort, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _law(at: StepsAt, effort: LoadLaw, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """The law of a load that acts, evaluated at the position."""
     law = effort.load.law
     if law is None:
@@ -677,7 +677,7 @@ def _law(at: StepsAt, effort: Effort, name: str, force: Quantity, acts: str) -> 
         yield from _expression(at, effort, law, name, force, acts)
 
 
-def _table(at: StepsAt, effort: Effort, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _table(at: StepsAt, effort: LoadLaw, law: Rows, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """Interpolation between two rows of a table, linear if the table is."""
     here, anchor = _here(at, effort.load.on)
     pieces = TableCurve(law)
@@ -707,7 +707,7 @@ def _table(at: StepsAt, effort: Effort, law: Rows, name: str, force: Quantity, a
     yield _checked(Step(name, text, (fa, fb, psi, a, b), force, note=acts))
 
 
-def _expression(at: StepsAt, effort: Effort, law: Expression, name: str, force: Quantity, acts: str) -> Iterator[Part]:
+def _expression(at: StepsAt, effort: LoadLaw, law: Expression, name: str, force: Quantity, acts: str) -> Iterator[Part]:
     """The expression of a load: as written, then the branch that applies here, with its numbers."""
     names, preparation = _names(at, effort, law)
     text, values = law.text.replace("\\\n", " ").strip(), {symbol: value.value for symbol, value in names.items()}
@@ -731,7 +731,7 @@ def _expression(at: StepsAt, effort: Effort, law: Expression, name: str, force: 
     yield _checked(Step(name, f"{force.symbol} = {branch}", numbers, force, note=note))
 
 
-def _names(at: StepsAt, effort: Effort, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
+def _names(at: StepsAt, effort: LoadLaw, law: Expression) -> tuple[dict[str, Quantity], list[Part]]:
     """Values of the names of an expression here, and the steps for those not yet known."""
     here, anchor = _here(at, effort.load.on)
     place_of = effort.place

@@ -33,50 +33,10 @@ if TYPE_CHECKING:
     from flywheel.scene.linkage import Linkage
 
 __all__ = [
-    "ANY",
-    "AUDIT",
-    "BODY",
-    "CONFIRM",
-    "DEFAULT_RTOL",
-    "LEVELS",
-    "MASS",
-    "NORMAL",
-    "NOT_NEGATIVE",
-    "OWN_INERTIA",
-    "POINT",
-    "POSITIVE",
-    "PROOF",
-    "RTOL",
-    "TURN",
-    "Areas",
-    "Body",
-    "Brake",
-    "Clutch",
-    "Damper",
-    "Document",
-    "Frozen",
-    "Inertia",
-    "Key",
-    "Law",
-    "Load",
-    "Mechanism",
-    "Output",
-    "Phase",
-    "PointPort",
-    "Range",
-    "Samples",
-    "Scene",
-    "SingleStroke",
-    "Spring",
-    "Stroke",
-    "Table",
-    "Transmission",
-    "frozen",
-    "left_out",
-    "length",
-    "level",
-    "read_only",
-    "rtol_faults",
+    "ANY", "AUDIT", "BODY", "CONFIRM", "DEFAULT_RTOL", "LEVELS", "MASS", "NORMAL", "NOT_NEGATIVE", "OWN_INERTIA", "POINT",
+    "POSITIVE", "PROOF", "RTOL", "TURN", "Areas", "ArrayRecord", "Body", "Brake", "Clutch", "Damper", "Frozen", "Inertia",
+    "Key", "Law", "Load", "Mechanism", "Output", "Phase", "PointPort", "Range", "Scene", "SceneSource", "SingleStroke",
+    "Spring", "Stroke", "Table", "Transmission", "frozen", "left_out", "length", "level", "read_only", "rtol_faults",
 ]  # fmt: skip
 
 
@@ -145,7 +105,7 @@ def read_only(mapping: Mapping[Any, Any]) -> MappingProxyType[Any, Any]:
 copyreg.pickle(MappingProxyType, lambda view: (read_only, (dict(view),)))  # Python itself pickles none
 
 
-class Samples:
+class ArrayRecord:
     """Base of records of arrays: read-only copies, and equality by values."""
 
     def __post_init__(self) -> None:
@@ -185,7 +145,7 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Table(Samples):
+class Table(ArrayRecord):
     """Numbers against angle: `angle` ascends (rad; two equal ones are a jump), `value` is SI.
 
     `written` are the same as texts of quantities, shape (2, rows); empty for a table that was not read.
@@ -449,7 +409,7 @@ class Phase(NamedTuple):
     path: str = "duty[0]"
 
 
-class Document(NamedTuple):
+class SceneSource(NamedTuple):
     """Source of a scene: the tables of its TOML text, and the reader of a scene from such tables.
 
     `quantities` are the numbers that were read, by their paths as faults write them, each with its dimension.
@@ -503,7 +463,7 @@ class Scene(Frozen):
     file: Path | None = None
     remarks: tuple[Remark, ...] = field(default=(), compare=False)  # on numbers that are hardly those that were meant
     given_as: str = field(default="", compare=False)  # what it was read from, in words: "the file press.toml"
-    document: Document | None = field(default=None, init=False, compare=False, repr=False)  # dataclasses.replace drops it
+    document: SceneSource | None = field(default=None, init=False, compare=False, repr=False)  # dataclasses.replace drops it
 
     def __repr__(self) -> str:
         """Short description, instead of every record."""
@@ -518,7 +478,7 @@ class Scene(Frozen):
         self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]
     ) -> Scene:
         """The same scene, with its source tables, their reader, and the numbers in them."""
-        object.__setattr__(self, "document", Document(frozen(tables), read, read_only(quantities)))
+        object.__setattr__(self, "document", SceneSource(frozen(tables), read, read_only(quantities)))
         return self
 
     def with_(self, changes: Mapping[str, Any]) -> Scene:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
-from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, Tolerance, residuals, through
+from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, StepTolerance, residuals, through
 from flywheel.machine.dynamics import MachineDynamics, PlainInstant, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
@@ -369,11 +369,11 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
     If it changes sides repeatedly at one place, the rest of that piece is stepped without a search for switches.
 
     """
-    equations = _Scaled(dynamics, speed, scale)
+    equations = _ScaledEquation(dynamics, speed, scale)
     machine = dynamics.machine
     edges = np.union1d(machine.switches, np.setdiff1d(machine.restarts, machine.breakpoints))
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
-    tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *own]))
+    tolerance = StepTolerance(tight, tight * np.array([1.0, 1.0, *own]))
     state, tau, steps = first, 0.0, list[Step]()
     hint: float | None = None
     crossings = 0
@@ -402,7 +402,7 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
     return steps
 
 
-class _Scaled(NamedTuple):
+class _ScaledEquation(NamedTuple):
     """The equation of motion in tau and u; branches are decided at an anchor, or without one at every instant."""
 
     dynamics: MachineDynamics

@@ -240,7 +240,7 @@ def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:
     return shares(names, MotorShaft(run.scene, run.cycle, run.run, run.speed, run.rtol))
 
 
-class _Branches:
+class _PhaseBranches:
     """The steady motions of all phases of a duty over its flywheel, and their figures of the motor's limits."""
 
     def __init__(self, scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], names: Iterable[str]) -> None:
@@ -248,7 +248,7 @@ class _Branches:
         self.branches = {phase.name: limits.branch_of(alone[phase.name]) for phase in running}
         self.lightest = max(sizing.inertia or 0.0 for sizing in alone.values())
         self.rated = {phase.name: _rated(alone[phase.name]) for phase in running}
-        self.linear = dict[str, tuple[_Start, _Start, float]]()
+        self.linear = dict[str, tuple[_PhaseStart, _PhaseStart, float]]()
 
     def at(self, inertia: float, rtol: float) -> FlywheelPoint:
         """The limits of the duty with a flywheel (kg m² at its own shaft), and the motions of its phases."""
@@ -286,7 +286,7 @@ class _Branches:
         limited = {WHOLE[name]: values[WHOLE[name]] for name in self.names}
         return PhaseLoad(phase.name, False, duration, errors=errors, **limited)
 
-    def _start(self, phase: Phase, inertia: float, rtol: float) -> _Start:
+    def _start(self, phase: Phase, inertia: float, rtol: float) -> _PhaseStart:
         """A start with a flywheel; approximately from two others, because its time and heat are proportional to inertia."""
         if rtol < _ROUGHLY:
             return _start(phase, inertia)
@@ -301,14 +301,14 @@ class _Branches:
 
         heat = None if light.heat is None or heavy.heat is None else between(light.heat, heavy.heat)
         time, work = between(light.time, heavy.time), between(light.work, heavy.work)
-        return _Start(time, work, heat, between(light.square, heavy.square), heavy.error)
+        return _PhaseStart(time, work, heat, between(light.square, heavy.square), heavy.error)
 
 
 def _search(
     scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]
 ) -> tuple[limits.Search, Callable[[float, float], limits.FlywheelPoint]]:
     """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and its steady motions."""
-    branches = _Branches(scene, running, alone, whole)
+    branches = _PhaseBranches(scene, running, alone, whole)
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
     own, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
     swings = any(circuit_of(_scene(phase)) is not None for phase in running)
@@ -357,7 +357,7 @@ _OTHER_SPEED = 0.1  # share by which speeds of phases differ in duty S8
 _SQUARED = ("rms_torque", "rms_torque_share", "current_rms")  # figures averaged by their squares
 
 
-class _Start(NamedTuple):
+class _PhaseStart(NamedTuple):
     """A start from rest, or a change of speed: time (s), the motor's work and heat (J), the integral of its torque squared.
 
     That is in N² m² s; `error` is relative, `speed` the crank's at the end, rad/s.
@@ -371,7 +371,7 @@ class _Start(NamedTuple):
     speed: float = 0.0
 
 
-def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = None) -> _Start:
+def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = None) -> _PhaseStart:
     """One start of a phase's machine from rest to its regime, or a change of speed: from crank angle 0 and a speed on.
 
     change: that speed (rad/s), and the time for which it is followed (s).
@@ -409,7 +409,7 @@ def _start(phase: Phase, inertia: float, change: tuple[float, float] | None = No
             later = scene.motor.stator_heat(speed)
             later = np.zeros_like(speed) if later is None else np.where(t[:, 1:-1] > begun.time, later, 0.0)
             heat = (run.energy.rotor_heat or 0.0) + (begun.stator or 0.0) + float(half @ (later @ weights))
-    return _Start(run.time, run.energy.drive, heat, square, 2 * run.error, run.omega)
+    return _PhaseStart(run.time, run.energy.drive, heat, square, 2 * run.error, run.omega)
 
 
 def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = None) -> PhaseLoad:
@@ -452,7 +452,7 @@ def _load(phase: Phase, sizing: Sizing, inertia: float, begin: float | None = No
     return row._replace(**values, peak_power=energy.peak_power, errors=errors | off)
 
 
-def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _Start | None:
+def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _PhaseStart | None:
     """The change from a speed (rad/s) to the phase's regime; None if it is short, or longer than the phase."""
     scene, duration = _scene(phase), phase.duration or 0.0
     if scene.motor is None or circuit_of(scene) is not None:
@@ -466,7 +466,7 @@ def _change(phase: Phase, begin: float, inertia: float, settling: float) -> _Sta
         return None
 
 
-def _times(phase: Phase, start: _Start | None, period: float) -> tuple[float, float]:
+def _times(phase: Phase, start: _PhaseStart | None, period: float) -> tuple[float, float]:
     """Time of a phase in steady running, and its duration with its starts (s); `period` is that of its cycle."""
     starting = 0.0 if start is None else phase.starts * start.time
     steady = (phase.cycles or 0.0) * period if phase.duration is None else phase.duration - starting
@@ -508,7 +508,7 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
 
 
 def _with_starts(
-    values: dict[str, Any], errors: dict[str, float], start: _Start, starts: int, steady: float, duration: float
+    values: dict[str, Any], errors: dict[str, float], start: _PhaseStart, starts: int, steady: float, duration: float
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """The load of a phase with its starts, from that of its steady running, a share `steady` of the time."""
     figures, off = dict(values), dict(errors)

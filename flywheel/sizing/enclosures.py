@@ -23,7 +23,7 @@ import numpy as np
 
 from bondgraph.recording import Program
 from flywheel.machine.equation import balanced, lost, passed_by
-from flywheel.machine.machine import Stage
+from flywheel.machine.machine import MeshStage
 from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
 from flywheel.mechanisms.linkage import LinkageUnknowns
 from flywheel.numerics import balls
@@ -308,7 +308,7 @@ def unevenness(sums: Any, eps: Any, per_square: Any, left: float) -> Any:
 # -- the steady motion -----------------------------------------------------------------------------------------------------
 
 
-class _Law(NamedTuple):
+class _EnergyLaw(NamedTuple):
     """dE/dphi about a place, or all over a cell, from what position alone gives there.
 
     `late` gives the rows of every stage (`_SMOOTH`) from `known`, the speed and the unknown; `inertia` is I*. `outwards`
@@ -317,7 +317,7 @@ class _Law(NamedTuple):
     over it, and `span` the ball of all distances from its middle.
     """
 
-    stages: tuple[Stage, ...]
+    stages: tuple[MeshStage, ...]
     inertia: Any
     known: Sequence[Any]
     late: Branches
@@ -328,7 +328,7 @@ class _Law(NamedTuple):
     wheel: Any = None
     per_inertia: Any = None
 
-    def loaded(self, wheel: Any) -> _Law:
+    def loaded(self, wheel: Any) -> _EnergyLaw:
         """The law with a flywheel (kg m² at the crank)."""
         return self._replace(wheel=wheel, per_inertia=1 / (self.inertia + wheel))
 
@@ -361,7 +361,7 @@ class _Law(NamedTuple):
         factors = self._factors(self.outwards)
         return [*differences, *passed_by(balanced(rows[3], bare, factors)[1], self.stages, factors, None)[0][1:]]
 
-    def all_over(self) -> _Law:
+    def all_over(self) -> _EnergyLaw:
         """The same with a ball in place of each series."""
         return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
 
@@ -401,7 +401,7 @@ class _Law(NamedTuple):
         return possible
 
 
-class _Stretch(NamedTuple):
+class _PieceStretch(NamedTuple):
     """Part of a smooth piece, from a place on, and the sides of meshes there; None about an angle at which one changes.
 
     `inertia` gives I* and its slope, `early` what position alone gives, from which `late` gives all stages' rows.
@@ -414,13 +414,15 @@ class _Stretch(NamedTuple):
     late: Branches
     jumps: bool
 
-    def laws(self, cell: Model, stages: tuple[Stage, ...], known: Callable[..., Any]) -> list[_Law]:
+    def laws(self, cell: Model, stages: tuple[MeshStage, ...], known: Callable[..., Any]) -> list[_EnergyLaw]:
         """The law about the middle of a cell, and about every place of it."""
         places = (known(self, balls.variable(centre)) for centre in (cell.middle, cell.low.union(cell.high)))
-        return [_Law(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places]
+        return [
+            _EnergyLaw(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places
+        ]
 
 
-def _stretches(structure: Structure, edges: Sequence[Any], near: NearMotion, reach: Any) -> Iterator[_Stretch]:
+def _stretches(structure: Structure, edges: Sequence[Any], near: NearMotion, reach: Any) -> Iterator[_PieceStretch]:
     """The smooth pieces, divided at a reach from the angles at which the motion near has a mesh or a torque switch."""
     stages, jumps = len(structure.twin.stages), structure.twin.jumps_at_speeds
     for walk, (low, high) in zip(structure.walks, pairwise(edges), strict=True):
@@ -434,7 +436,7 @@ def _stretches(structure: Structure, edges: Sequence[Any], near: NearMotion, rea
         places = [low, *sorted(angle + side * reach for angle in reversals for side in (-1, 1)), high]
         for k, ends in enumerate(pairwise(places)):
             outwards = max(each for each in near.outwards if sum(ends) / 2 >= each[0])[1]
-            yield _Stretch(ends[0], None if k % 2 else outwards, *functions)
+            yield _PieceStretch(ends[0], None if k % 2 else outwards, *functions)
 
 
 class SpeedBalls(NamedTuple):
@@ -482,20 +484,20 @@ class Motions:
 
         places: dict[Any, tuple[Any, Any]] = {}
 
-        def known(stretch: _Stretch, phi: Any) -> tuple[Any, Any]:
+        def known(stretch: _PieceStretch, phi: Any) -> tuple[Any, Any]:
             """I* and what else position alone gives about a place, calculated once."""
             place = (balls.key(stretch.low), balls.key(balls.first(phi)), isinstance(phi, type(first)))
             if place not in places:
                 places[place] = stretch.inertia(phi, *columns)[0], stretch.early(phi, *columns)
             return places[place]
 
-        def rows(stretch: _Stretch, phi: Any) -> Any:
+        def rows(stretch: _PieceStretch, phi: Any) -> Any:
             inertia, early = known(stretch, phi)
             return inertia, sum(stretch.late(_middle_sign, *early, speed, self._unknown)[0][:: len(_SMOOTH)])
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
-        self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[_Law]](), list[Any]()
+        self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[_EnergyLaw]](), list[Any]()
         self._inertias = list[tuple[Any, Any]]()  # I* about the middle of each cell, and about every place of it
         self._loaded = dict[Any, list[Any]]()
         todo = cells[::-1]
@@ -531,7 +533,7 @@ class Motions:
         self._growing: Sequence[balls.Growth] = ()
         self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
-    def _followed(self, cell: Model, laws: Sequence[_Law], value: Any) -> tuple[Any, Sequence[_Law]]:
+    def _followed(self, cell: Model, laws: Sequence[_EnergyLaw], value: Any) -> tuple[Any, Sequence[_EnergyLaw]]:
         """The polynomial of E in a cell on the motion near, from E at its low end, and the laws there with their signs.
 
         None where the cell is too wide: where polynomials miss the motion by more than they may, or where the sides of
@@ -555,7 +557,7 @@ class Motions:
         return own, laws
 
     @staticmethod
-    def _place(cell: Model, laws: Sequence[_Law], unknown: Any) -> balls.BallPlace:
+    def _place(cell: Model, laws: Sequence[_EnergyLaw], unknown: Any) -> balls.BallPlace:
         """The laws in a cell with a flywheel and a value of the unknown."""
         about, all_over = (partial(law.rates, unknown=unknown) for law in laws)
         return balls.BallPlace(cell.low, cell.high, cell.middle, about, about, all_over)
@@ -623,7 +625,7 @@ class Motions:
 
         return SpeedBalls(extreme(1), extreme(-1), start)
 
-    def _check_sides(self, cell: balls.BallPlace, energy: Any, laws: Sequence[_Law], unknown: Any) -> None:
+    def _check_sides(self, cell: balls.BallPlace, energy: Any, laws: Sequence[_EnergyLaw], unknown: Any) -> None:
         """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
         if laws[0].outwards is None:
             return

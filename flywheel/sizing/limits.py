@@ -325,7 +325,8 @@ class Search:
                 if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
-                        self.grid = sorted([*self.grid, (yield from self._at(middle, _COARSE))], key=lambda each: each.inertia)
+                        point = yield from self._at(middle, _COARSE)
+                        self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
                         break
             else:
                 return

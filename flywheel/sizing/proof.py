@@ -467,12 +467,12 @@ def _cycle_over_ranges(
             halves |= {k: half * ranges[k]} if half else {}
         return _over_part(scene, structure, moved, halves, *fineness)
 
-    ends = _Ends(figures, tuple(ranges))
+    ends = _RangeEnds(figures, tuple(ranges))
     ends.narrow(scales)
     return {name: ends.interval(name) for name in ends.names}
 
 
-class _Ends:
+class _RangeEnds:
     """Both ends of figures over ranges of numbers, by their slopes in parts of the ranges.
 
     Where a figure is proven to rise with a number all over a part, it is greatest at the upper end of that number's range,

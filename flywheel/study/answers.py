@@ -28,7 +28,7 @@ from scipy import integrate, optimize
 
 from bondgraph.motion.stepping import FIXED, Step, hermite, runge_kutta_step
 from bondgraph.numerics import root, roots_between, summits
-from flywheel.machine.dynamics import Instant, MachineDynamics, Start, dynamics_of
+from flywheel.machine.dynamics import Instant, MachineDynamics, StartState, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine, circuit_of
 from flywheel.mechanisms.families import has_joints
@@ -133,7 +133,7 @@ def _gauss() -> tuple[Long, Long]:
 _NODES, _WEIGHTS = _gauss()
 
 
-class _Curve:
+class _PanelCurve:
     """A cycle on panels: the unknown's value, W (J) at the edges, and the effect of rounding of the scene's angles on W."""
 
     def __init__(self, machine: Machine, edges: Long) -> None:
@@ -197,7 +197,7 @@ def flywheel_inertia(machine: Machine) -> tuple[float, float]:
     eps, speed = np.longdouble(machine.scene.irregularity or 0.0), np.longdouble(machine.scene.speed or 0.0)
     half = speed**2 / 2
 
-    def figure(curve: _Curve) -> Any:
+    def figure(curve: _PanelCurve) -> Any:
         high = curve.greatest(half * (1 + eps / 2) ** 2, 1)
         low = curve.greatest(half * (1 - eps / 2) ** 2, -1)
         return (high - low) / (eps * speed**2)
@@ -212,14 +212,14 @@ def irregularity(machine: Machine, inertia: float) -> tuple[float, float]:
     """
     speed = np.longdouble(machine.scene.speed or 0.0)
 
-    def rounding(curve: _Curve) -> float:
+    def rounding(curve: _PanelCurve) -> float:
         least = inertia + float(curve.at(np.arange(curve.edges.size - 1), curve.edges[:-1])[2].min())
         return 4 * curve.rounding / (float(speed) ** 2 * max(least, 1e-300))
 
     return _settled(machine, lambda curve: _irregularity_of_curve(curve, np.longdouble(inertia), speed), rounding)
 
 
-def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
+def _irregularity_of_curve(curve: _PanelCurve, inertia: Any, speed: Any) -> Any:
     """The irregularity at the level of energy whose mean of extremes is the required speed."""
     start = curve.at(np.arange(1), curve.edges[:1])[2][0]
     square = speed**2
@@ -257,7 +257,9 @@ def _irregularity_of_curve(curve: _Curve, inertia: Any, speed: Any) -> Any:
     return 2 * (s[0] - s[1]) / ratio.sum() ** 2
 
 
-def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> tuple[float, float]:
+def _settled(
+    machine: Machine, figure: Callable[[_PanelCurve], Any], rounding: Callable[[_PanelCurve], float]
+) -> tuple[float, float]:
     """A figure on panels between all jumps and corners, halved until it no longer changes; and its error.
 
     The error is the change by the last halving plus the rounding error.
@@ -265,13 +267,13 @@ def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callab
     mesh = np.asarray(machine.mesh, dtype=np.longdouble)
     parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(mesh)]
     edges = np.append(np.concatenate(parts), mesh[-1])
-    curve = _Curve(machine, edges)
+    curve = _PanelCurve(machine, edges)
     before, changed, last = figure(curve), np.inf, np.inf
     for _ in range(_MOST_HALVINGS):
         if 2 * edges.size - 1 > _MOST_PANELS:
             break
         edges = np.insert(edges, np.arange(1, edges.size), (edges[1:] + edges[:-1]) / 2)
-        curve = _Curve(machine, edges)
+        curve = _PanelCurve(machine, edges)
         now = figure(curve)
         last, changed, before = changed, abs(float(now - before)), now
         if max(changed, last) <= _SAME_VALUE * abs(float(now)) or changed >= last:
@@ -706,7 +708,7 @@ def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
     scene = machine.scene
 
     def revolve(trial: Trial) -> Revolution:
-        start = Start(0.0, trial.speed, trial.states)
+        start = StartState(0.0, trial.speed, trial.states)
         for longer in _LONGER:
             inertia = trial.inertia / scene.flywheel_ratio**2
             run = graph_motion(machine, start, longer * trial.period, inertia, trial.balance, rtol)

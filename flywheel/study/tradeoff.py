@@ -179,7 +179,7 @@ _MANY = (("Euler", (3600,)), ("RK4", (3600,)))
 _FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a fixed length: below their error
 
 
-class Method(NamedTuple):
+class StudyMethod(NamedTuple):
     """A way to the answer: its family and setting, a short label for pictures, and its omissions.
 
     `promised` is its own estimate of the relative error, None if it has none.
@@ -209,7 +209,7 @@ def ordered(rows: Iterable[MethodRow]) -> list[MethodRow]:
     return sorted(rows, key=lambda row: (places.get(row.family, len(places)), row.family, not row.name.endswith(RESTARTED)))
 
 
-def methods(question: Question) -> list[Method]:
+def methods(question: Question) -> list[StudyMethod]:
     """Every method that can answer, in the order of their runs: the most informative for their time first."""
     machine, own = question.machine, question.machine.sets_its_speed
     varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
@@ -220,49 +220,49 @@ def methods(question: Question) -> list[Method]:
     scene = machine.scene if question.sized else replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None)
     sizing = machine if question.sized else Machine(scene, machine.friction)
     first = [
-        Method(AREAS, "", "areas", partial(_by_fluctuation, question, sizing, False), varying),
-        Method(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, question, sizing, True), frozen),
+        StudyMethod(AREAS, "", "areas", partial(_by_fluctuation, question, sizing, False), varying),
+        StudyMethod(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, question, sizing, True), frozen),
     ]
     for count in (36, 360, 3600):
         by_grid = partial(answers.by_grid, question, count)
-        first.append(Method(GRID, f"{count} angles", f"grid {count}", by_grid, between))
+        first.append(StudyMethod(GRID, f"{count} angles", f"grid {count}", by_grid, between))
     for rtol in _TOLERANCES:
         call = partial(_sized, question, rtol)
-        first.append(Method(exact, f"rtol {rtol:g}", f"exact {rtol:g}", call, promised=rtol))
+        first.append(StudyMethod(exact, f"rtol {rtol:g}", f"exact {rtol:g}", call, promised=rtol))
     for rtol in () if own else _TOLERANCES[1:]:
         call = partial(_collocated, question, rtol)
-        first.append(Method(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol))
+        first.append(StudyMethod(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol))
     if find_spec("flint") is not None:
         import_module("flywheel.sizing.proof")  # before its time is taken
-    first.append(Method(PROOF, "", "proof", partial(_proven, question), promised=WIDTH))
+    first.append(StudyMethod(PROOF, "", "proof", partial(_proven, question), promised=WIDTH))
 
     def stepped(
         family: str, setting: str, short: str, revolve: Revolve, tolerance: float, restart: bool, missing: str = _JUMPS
-    ) -> Method:
+    ) -> StudyMethod:
         call = partial(answers.by_shooting, question, revolve, tolerance)
         mark, missing = (RESTARTED, "") if restart else ("", missing)
-        return Method(family, setting + mark, short + mark.replace(",", ""), call, missing)
+        return StudyMethod(family, setting + mark, short + mark.replace(",", ""), call, missing)
 
-    def adaptive(restart: bool) -> Iterator[Method]:
+    def adaptive(restart: bool) -> Iterator[StudyMethod]:
         for kind in answers.ADAPTIVE:
             for rtol in (1e-6, 1e-9, 1e-12)[: 3 if kind == "DOP853" else 2]:
                 revolve = answers.adaptive(machine, kind, rtol, restart)
                 tolerance = (_SEARCH if restart else _OVER_JUMPS) * rtol
                 yield stepped(STEPPING + kind, f"rtol {rtol:g}", f"{kind} {rtol:g}", revolve, tolerance, restart)
 
-    def fixed(restart: bool, plan: tuple[tuple[str, tuple[int, ...]], ...]) -> Iterator[Method]:
+    def fixed(restart: bool, plan: tuple[tuple[str, tuple[int, ...]], ...]) -> Iterator[StudyMethod]:
         for kind, counts in plan:
             for count in counts:
                 revolve = answers.fixed(machine, kind, count, restart)
                 tolerance = (_SEARCH if restart else _OVER_JUMPS) * _FIXED[kind]
                 yield stepped(STEPPING + kind, f"{count} steps", f"{kind} {count}", revolve, tolerance, restart)
 
-    def multipliers(restart: bool) -> Iterator[Method]:
+    def multipliers(restart: bool) -> Iterator[StudyMethod]:
         for rtol in (1e-4, 1e-6, 1e-8)[: 3 if restart else 2]:
             revolve = answers.by_multipliers(machine, rtol, restart)
             yield stepped(MULTIPLIERS, f"rtol {rtol:g}", f"multipliers {rtol:g}", revolve, _SEARCH * rtol, restart)
 
-    def graphs() -> Iterator[Method]:
+    def graphs() -> Iterator[StudyMethod]:
         lossy = any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values())
         for rtol in (1e-6, 1e-9):
             revolve, missing = answers.by_bond_graph(machine, rtol), "losses in meshes" if lossy else ""
@@ -332,7 +332,7 @@ Progress = Callable[[int, int, str], None]
 class MethodRun(NamedTuple):
     """Outcome of a method: its answer, times of its repeats (s), evaluations, or the reason why there is none."""
 
-    method: Method
+    method: StudyMethod
     outcome: str
     value: float | None = None
     times: tuple[float, ...] = ()
@@ -367,7 +367,7 @@ def limited(end: float) -> Iterator[Tally]:
 
 
 def measured(
-    methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0
+    methods: Sequence[StudyMethod], budget: float, progress: Progress | None = None, spent: float = 0.0
 ) -> tuple[list[MethodRun], bool, float]:
     """Runs methods until all are done, the budget (s) is spent, or the user interrupts.
 
@@ -397,7 +397,7 @@ def measured(
     return runs, interrupted, time.perf_counter() - begun
 
 
-def _run(method: Method, limit: float) -> MethodRun:
+def _run(method: StudyMethod, limit: float) -> MethodRun:
     """One method, repeated while that costs little; the first of several repeats only warms up."""
     try:
         with np.errstate(all="ignore"):
@@ -415,7 +415,7 @@ def _run(method: Method, limit: float) -> MethodRun:
     return MethodRun(method, DONE, float(value), tuple(times[1:] or times), tally.evaluations)
 
 
-def _timed(method: Method) -> tuple[float, float]:
+def _timed(method: StudyMethod) -> tuple[float, float]:
     start = time.perf_counter()
     value = method.answer()
     return time.perf_counter() - start, value

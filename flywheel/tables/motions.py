@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve
 from flywheel.motions.driver import DRIVER
-from flywheel.motions.kinematics import Extreme, Kinematics
+from flywheel.motions.kinematics import CurveExtreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants
@@ -169,7 +169,7 @@ def _place(motion: Kinematics, at: float, error: float = 0.0, digits: int = _DIG
 def _least_and_greatest(motion: Kinematics, name: str, digits: int = _DIGITS) -> list[tuple[str, str, str]]:
     """Quantity, least and greatest figure of a curve with their positions; one figure if they are equal."""
     unit_of = dict(zip(_QUANTITIES, units(motion, motion.curves[name]), strict=True))
-    pairs: dict[str, list[Extreme]] = {}
+    pairs: dict[str, list[CurveExtreme]] = {}
     for extreme in motion.extremes[name]:
         pairs.setdefault(" ".join(filter(None, (extreme.quantity, extreme.component))), []).append(extreme)
     table = []
@@ -306,7 +306,9 @@ def _as_dict(motion: Kinematics, curve: MotionCurve) -> dict[str, Any]:
         data |= {"velocity_total": curve.speed, "acceleration_total": curve.total}
         data |= {"tangential": curve.tangential, "normal": curve.normal}
     data["dead_centres"] = motion.dead_centres[curve.name]
-    data["extremes"] = [dict(zip(Extreme._fields[:5], extreme[:5], strict=True)) for extreme in motion.extremes[curve.name]]
+    data["extremes"] = [
+        dict(zip(CurveExtreme._fields[:5], extreme[:5], strict=True)) for extreme in motion.extremes[curve.name]
+    ]
     return data
 
 

@@ -36,7 +36,7 @@ import flywheel
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from flywheel.machine.dynamics import MachineDynamics, Start
+from flywheel.machine.dynamics import MachineDynamics, StartState
 from flywheel.motions.simulation import motion_from
 from flywheel.regime import periodic_motion
 from flywheel.regime.cycle_equations import Demand, first_guess, periodic
@@ -172,7 +172,7 @@ def with_estimate(machine: flywheel.Machine, inertia: float, start: float) -> fl
         return "settled" if change <= REPEATS * omega else None
 
     begun = time.perf_counter()
-    motion_from(dynamics, Start(0.0, start), np.inf, RTOL, (), passing)
+    motion_from(dynamics, StartState(0.0, start), np.inf, RTOL, (), passing)
     return time.perf_counter() - begun
 
 
@@ -183,7 +183,7 @@ def by_library(machine: flywheel.Machine, inertia: float, start: float, longest:
     def lap() -> Lap:
         nonlocal speed
         stop = Goal("stop", lambda t, phi, omega: omega)
-        trail = follow(dynamics, Start(0.0, speed), np.inf, RTOL, [stop], lambda t, omega: "lap")
+        trail = follow(dynamics, StartState(0.0, speed), np.inf, RTOL, [stop], lambda t, omega: "lap")
         if not trail.cycles:
             raise ArithmeticError(STALLS)
         speed = float(trail.ends()[1, -1])

@@ -495,7 +495,7 @@ def test_a_comparison_that_a_signal_interrupts_tells_what_it_has(tradeoff_scene,
         time.sleep(60)
 
     every = comparison.methods
-    stopping = comparison.Method("stopping", "", "stopping", stop)
+    stopping = comparison.StudyMethod("stopping", "", "stopping", stop)
     monkeypatch.setattr(comparison, "methods", lambda own: [every(own)[0], stopping, every(own)[1]])
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

@@ -15,7 +15,7 @@ import flywheel
 from bondgraph import Modulus, Reduction
 from bondgraph.elements import Here
 from flywheel.designs import figures as designs
-from flywheel.machine.loads import Effort, EffortPlace, Senses, TableCurve, crank_angles
+from flywheel.machine.loads import EffortPlace, LoadLaw, Senses, TableCurve, crank_angles
 from flywheel.machine.machine import dead_centres
 from flywheel.machine.reactions import solution_of
 from flywheel.numerics.expressions import parse
@@ -68,21 +68,21 @@ RAMP = Table(np.array([-1.0, 0.0, 1.0]), np.array([1.0, 2.0, 5.0]))
     ids=["a window that wraps", "repeated", "one sense", "a table from below zero"],
 )
 def test_a_load_acts_in_its_window(load, q, expected):
-    effort = Effort(load, SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
+    effort = LoadLaw(load, SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
     assert_allclose(value(effort, q), expected, atol=1e-15)
 
 
 def test_windows_are_half_open_by_the_piece():
-    window = Effort(Load("crank", 7.0, TURN, 5.0, 1.0), SHAFT, {})
+    window = LoadLaw(Load("crank", 7.0, TURN, 5.0, 1.0), SHAFT, {})
     assert_allclose(value(window, [1.0, 1.0], [0.9, 1.1]), [7.0, 0.0])
 
 
 def test_the_unknown_is_kept_apart_from_the_rest():
-    effort = Effort(Load("crank", parse("3 + 2*p*sin(phi)", frozenset("p")), TURN), SHAFT, {}, "p")
+    effort = LoadLaw(Load("crank", parse("3 + 2*p*sin(phi)", frozenset("p")), TURN), SHAFT, {}, "p")
     assert effort.depends_on_unknown
     assert value(effort, 1.0) == 3.0
     assert effort.per_unknown(at(1.0), at(1.0)) == pytest.approx(2 * np.sin(1.0))
-    drive = Effort(Load("crank", None, TURN), SHAFT, {}, "drive")
+    drive = LoadLaw(Load("crank", None, TURN), SHAFT, {}, "drive")
     assert (value(drive, 1.0), drive.per_unknown(at(1.0), at(1.0))) == (0.0, 1.0)
 
 
@@ -105,29 +105,29 @@ def moving(q, speed, flow, time=0.0):
 def test_a_shaft_has_its_own_speed_and_a_port_that_of_the_shaft_that_drives_it():
     here = moving(1.0, 5.0, 20.0)
     for place, omega in ((WHEEL, 20.0), (PORT, 5.0)):
-        effort = Effort(Load(place.junction, parse("100*omega + v"), TURN), place, {})
+        effort = LoadLaw(Load(place.junction, parse("100*omega + v"), TURN), place, {})
         assert effort(here, here) == pytest.approx(100 * omega + 20)
         assert (effort.uses_speed, effort.uses_time) == (True, False)
 
 
 def test_time_and_parameters_in_one_law_and_a_balance_as_the_factor_of_a_speed():
-    effort = Effort(Load("crank", parse("k*t*omega + phi", frozenset("k")), TURN), SHAFT, {"k": 3.0})
+    effort = LoadLaw(Load("crank", parse("k*t*omega + phi", frozenset("k")), TURN), SHAFT, {"k": 3.0})
     here = moving(1.0, 5.0, 5.0, 7.0)
     assert effort.uses_time
     assert effort(here, here) == pytest.approx(3 * 7 * 5 + 1)
-    effort = Effort(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
+    effort = LoadLaw(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
     assert (effort(here, here), effort.per_unknown(here, here)) == (3.0, -5.0)
 
 
 @pytest.mark.parametrize("law", ["sign(v)", "3 if v > 0 else 5", "x*(v < 0)"])
 def test_the_sign_of_a_velocity_is_no_speed(law):
-    effort = Effort(Load("crank", parse(law), TURN), SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
+    effort = LoadLaw(Load("crank", parse(law), TURN), SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
     assert not effort.uses_speed
     assert not effort.uses_time
 
 
 def test_branches_that_depend_on_speed_are_decided_at_the_anchor():
-    effort = Effort(Load("crank", parse("min(40, 4*(110 - omega))"), TURN), SHAFT, {})
+    effort = LoadLaw(Load("crank", parse("min(40, 4*(110 - omega))"), TURN), SHAFT, {})
     slow, fast = moving(0.0, 90.0, 90.0), moving(0.0, 105.0, 105.0)
     assert effort(fast, fast) == pytest.approx(20.0)
     assert effort(slow, slow) == pytest.approx(40.0)
@@ -137,14 +137,14 @@ def test_branches_that_depend_on_speed_are_decided_at_the_anchor():
 
 def test_what_decides_branches_has_the_sign_of_their_sides():
     """|v| - 7, on the anchor's side of v = 0; v itself turns with the position, or where the machine rests."""
-    effort = Effort(Load("m.slider", parse("-8*max(0, abs(v) - 7)*sign(v) - (phi > 2)"), TURN), PORT, {})
+    effort = LoadLaw(Load("m.slider", parse("-8*max(0, abs(v) - 7)*sign(v) - (phi > 2)"), TURN), PORT, {})
     here, anchor = moving(np.ones(4), 5.0, np.array([-9.0, -3.0, 3.0, 9.0])), moving(1.0, 5.0, 9.0)
     (past,) = effort.speed_switches(here, anchor)
     assert_allclose(past, [-16, -10, -4, 2])
     (past,) = effort.speed_switches(here, moving(1.0, 5.0, -9.0))
     assert_allclose(past, [2, -4, -10, -16])
-    assert not Effort(Load("crank", 3.0, TURN), SHAFT, {}).speed_switches(anchor, anchor)
-    assert not Effort(Load("crank", parse("-omega"), TURN), SHAFT, {}).speed_switches(anchor, anchor)
+    assert not LoadLaw(Load("crank", 3.0, TURN), SHAFT, {}).speed_switches(anchor, anchor)
+    assert not LoadLaw(Load("crank", parse("-omega"), TURN), SHAFT, {}).speed_switches(anchor, anchor)
 
 
 PHI = np.linspace(0.05, 6.2, 31)

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import flywheel
 from flywheel.machine.equation import Moments
-from flywheel.machine.machine import Effort
+from flywheel.machine.loads import LoadLaw
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, count, counted
 from flywheel.numerics.cells import Changes
@@ -687,8 +687,8 @@ def windows(count, **load):
 )
 def test_stepping_asks_only_the_loads_that_act(load, monkeypatch):
     request = []
-    law = Effort.__call__
-    monkeypatch.setattr(Effort, "__call__", lambda self, here, anchor: request.append(here.q) or law(self, here, anchor))
+    law = LoadLaw.__call__
+    monkeypatch.setattr(LoadLaw, "__call__", lambda self, here, anchor: request.append(here.q) or law(self, here, anchor))
     cost = flywheel.size(flywheel.load(windows(5, **load)), 1e-4).cost
     assert sum(isinstance(q, float) for q in request) < 3 * cost.evaluations  # a load, the drive, and what searches look at
 

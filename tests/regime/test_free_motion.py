@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from bondgraph.motion.stepping import Step
 from flywheel import Machine, transient
-from flywheel.machine.dynamics import MachineDynamics, Start, later, source
+from flywheel.machine.dynamics import MachineDynamics, StartState, later, source
 from flywheel.numerics.budget import counted
 from flywheel.regime.branch import Outcome, outcome_of
 from flywheel.regime.free_motion import Goal, SwitchingTimes, follow, returns
@@ -53,7 +53,7 @@ def test_a_motion_that_both_sides_of_a_switch_hold_is_refused():
 
 def test_a_goal_of_its_own_ends_a_motion():
     dynamics = MachineDynamics(flywheel.Machine(rotor(drive={"torque": 6})), 0.0)
-    trail = follow(dynamics, Start(0.0, 0.0), 10.0, 1e-10, [Goal("far", lambda t, phi, omega: 13.5 - phi)])
+    trail = follow(dynamics, StartState(0.0, 0.0), 10.0, 1e-10, [Goal("far", lambda t, phi, omega: 13.5 - phi)])
     assert (trail.goal, trail.t[-1]) == ("far", pytest.approx(3.0, rel=1e-10))
     assert trail.cycles == 2
     assert trail.states(np.array([3.0]))[0, 0] == pytest.approx(13.5, rel=1e-12)
@@ -67,7 +67,7 @@ def test_the_end_of_every_cycle_is_asked():
         seen.append((t, omega))
         return "enough" if len(seen) == 3 else None
 
-    trail = follow(dynamics, Start(1.0, 2.0), 100.0, 1e-10, [], passing)
+    trail = follow(dynamics, StartState(1.0, 2.0), 100.0, 1e-10, [], passing)
     assert trail.goal == "enough"
     np.testing.assert_allclose(seen, [((2 * math.pi * k - 1) / 2, 2.0) for k in (1, 2, 3)], rtol=1e-12)
 
@@ -180,7 +180,7 @@ def yoke(**more):
 
 
 def followed(until, goals=(), passing=None, **more):
-    return follow(MachineDynamics(yoke(**more), 0.0), Start(0.0, 10.0), until, 1e-9, goals, passing)
+    return follow(MachineDynamics(yoke(**more), 0.0), StartState(0.0, 10.0), until, 1e-9, goals, passing)
 
 
 @pytest.mark.parametrize(

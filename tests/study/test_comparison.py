@@ -24,10 +24,10 @@ from flywheel.study.tradeoff import (
     FAMILIES,
     LEFT,
     OUT_OF_TIME,
-    Method,
     MethodRow,
     MethodRun,
     OutOfTimeError,
+    StudyMethod,
     limited,
 )
 from tests.extras import extra
@@ -301,7 +301,7 @@ def test_something_else_is_no_scene():
 
 
 def method(answer, name="made up", setting=""):
-    return Method(name, setting, name, answer)
+    return StudyMethod(name, setting, name, answer)
 
 
 def raising(error):

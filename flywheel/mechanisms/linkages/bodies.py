@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgesv
 
-from bondgraph.motion.runge_kutta import DormandPrince, Step
+from bondgraph.motion.runge_kutta import DormandPrince, MethodStep
 from bondgraph.motion.stepping import TIGHTEST
 from flywheel.mechanisms.linkages.equations import Poses, lift_at
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit
@@ -721,7 +721,7 @@ class AcceptedSteps:
         s: Array,
         states: Array,
         evaluations: int,
-        dense: Sequence[Step] = (),
+        dense: Sequence[MethodStep] = (),
         fault: Fault | None = None,
     ) -> None:
         self.rates, self.s, self.states, self.evaluations, self.fault = rates, s, states, evaluations, fault
@@ -741,7 +741,7 @@ class AcceptedSteps:
         return self.dense[k](s)
 
 
-def one_step(rates: Rates, low: float, state: Array, high: float) -> Step:
+def one_step(rates: Rates, low: float, state: Array, high: float) -> MethodStep:
     """A single step from low to high, whatever its error."""
     everything = [np.inf] * state.size
     step = DormandPrince(rates, low, state.tolist(), high, 1.0, everything, high - low).step()
@@ -793,7 +793,7 @@ def integrate(
             return np.full_like(y, np.nan)
 
     solver = DormandPrince(guarded, begin, state.tolist(), until, max(rtol, TIGHTEST), atol.tolist())
-    s, states, kept = [begin], [np.array(state)], list[Step]()
+    s, states, kept = [begin], [np.array(state)], list[MethodStep]()
     while s[-1] < until and not (reached and reached(states[-1])):
         solver.h = min(solver.h, longest)
         step = solver.step()

@@ -60,27 +60,8 @@ from flywheel.scene.linkage import (
 )
 
 __all__ = [
-    "SETTLED",
-    "WINDOW",
-    "Bases",
-    "Chain",
-    "Equations",
-    "Form",
-    "Loops",
-    "Poses",
-    "Relation",
-    "Track",
-    "check",
-    "correction",
-    "driver_scales",
-    "inverse",
-    "lift_at",
-    "lift_bound",
-    "loops",
-    "on_way",
-    "settle",
-    "solved",
-    "split",
+    "SETTLED", "WINDOW", "Bases", "Chain", "CouplingRelation", "Equations", "Form", "Loops", "Poses", "Track", "check",
+    "correction", "driver_scales", "inverse", "lift_at", "lift_bound", "loops", "on_way", "settle", "solved", "split",
     "turned",
 ]  # fmt: skip
 
@@ -258,7 +239,7 @@ class Form(NamedTuple):
         return np.asarray(z @ self.weights + self.constant)
 
 
-class Relation(NamedTuple):
+class CouplingRelation(NamedTuple):
     """A coupling as second - ratio first - phase = 0, or second - lift(first) = 0 in scaled variables."""
 
     first: Form
@@ -296,7 +277,7 @@ class Loops(NamedTuple):
     closures: Complex
     origins: Complex
     angles: tuple[Form, ...]
-    relations: tuple[Relation, ...]
+    relations: tuple[CouplingRelation, ...]
     paths: tuple[tuple[str, ...], ...]
     doubled: tuple[str, ...]
     way: Array | None = None
@@ -391,12 +372,14 @@ def loops(linkage: Linkage, *, several: bool = False, unit: float | None = None)
             return Form(second.weights - first.weights, second.constant - first.constant)
         return Form(np.eye(len(names))[variable(joint)], 0.0)
 
-    def relation(coupling: Coupling) -> Relation:
+    def relation(coupling: Coupling) -> CouplingRelation:
         first, second = linkage.joint(coupling.first), linkage.joint(coupling.second)
         units = [1.0 if joint.kind == PIN else unit for joint in (first, second)]
         lift = coupling.lift if coupling.kind == CAM else None
         ratio = 0.0 if lift else coupling.ratio * units[0] / units[1]
-        return Relation(coordinate(first), coordinate(second), ratio, coupling.phase / units[1], lift, 1.0 / units[1])
+        return CouplingRelation(
+            coordinate(first), coordinate(second), ratio, coupling.phase / units[1], lift, 1.0 / units[1]
+        )
 
     described = Loops(
         linkage=linkage,
@@ -414,7 +397,9 @@ def loops(linkage: Linkage, *, several: bool = False, unit: float | None = None)
     if not several:
         return described
     still = Form(np.zeros(len(names)), 0.0)
-    relations = tuple(Relation(still, coordinate(linkage.joint(name)), 0.0, 0.0, None, 1.0) for name, _ in linkage.drivers)
+    relations = tuple(
+        CouplingRelation(still, coordinate(linkage.joint(name)), 0.0, 0.0, None, 1.0) for name, _ in linkage.drivers
+    )
     described = described._replace(relations=(*described.relations, *relations))
     starts = np.array([driver.start for driver in linkage.drivers]) / driver_scales(described)
     return on_way(described, starts, starts)
@@ -622,7 +607,7 @@ def _bounds(lift: Lift) -> Array:
 # -- equations ---------------------------------------------------------------------------------------------------------
 
 
-class _Sums:
+class _ColumnSums:
     """The sums of a table's columns that the columns of a matrix weigh, most of whose weights are 0.
 
     A product with the whole matrix would add up zeros, over as many threads as there are processors.
@@ -667,8 +652,8 @@ class Equations:
         shape = bases, closures * variables  # sums that give the closures' Jacobian straight from the basis functions
         turning = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
         sliding = (loops.closures[:, :, None] * factors[None]).transpose(1, 0, 2).reshape(shape)
-        self._turned, self._moved = _Sums(turning), _Sums(sliding) if sliding.any() else None
-        self._angles, self._closures, self._origins = map(_Sums, (loops.turns.T, loops.closures.T, loops.origins.T))
+        self._turned, self._moved = _ColumnSums(turning), _ColumnSums(sliding) if sliding.any() else None
+        self._angles, self._closures, self._origins = map(_ColumnSums, (loops.turns.T, loops.closures.T, loops.origins.T))
         self._any_sliding = bool(self.sliding.any())
         self._sizes = np.abs(loops.turns).T
 

@@ -207,7 +207,7 @@ def local(assembly: Assembly, z: Array) -> Local:
     return Local(z, whole, bare, slopes, laws, gaps, jacobian)
 
 
-class Station(NamedTuple):
+class LinkageStation(NamedTuple):
     """A position: its equations, their Jacobian's inverse, and the sign of its determinant (0: redundant constraints)."""
 
     local: Local
@@ -215,10 +215,10 @@ class Station(NamedTuple):
     sense: float
 
 
-def station(assembly: Assembly, z: Array) -> Station:
+def station(assembly: Assembly, z: Array) -> LinkageStation:
     """The position z; LinAlgError where its equations are singular."""
     here = local(assembly, z)
-    return Station(here, inverse(here.jacobian), float(np.linalg.slogdet(here.jacobian)[0]) if here.square else 0.0)
+    return LinkageStation(here, inverse(here.jacobian), float(np.linalg.slogdet(here.jacobian)[0]) if here.square else 0.0)
 
 
 _FARTHEST = 1e5  # rad or units the unknowns move by one of a driver: beyond it rounding, squared, spoils accelerations
@@ -237,7 +237,7 @@ class Follower:
         self.assembly = assembly
         self.station = station(assembly, z)
 
-    def at(self, q: Array) -> Station:
+    def at(self, q: Array) -> LinkageStation:
         """The position at scaled coordinates q, (g,)."""
         position = self._corrected(q)
         if position is None or position.sense != self.station.sense:
@@ -247,7 +247,7 @@ class Follower:
         self.station = position
         return position
 
-    def _corrected(self, q: Array) -> Station | None:
+    def _corrected(self, q: Array) -> LinkageStation | None:
         """The position at q from the tangent at the last one; None if corrections do not shrink fast enough."""
         own, last = self.assembly, self.station
         rates = np.zeros((1, last.local.z.size))
@@ -287,7 +287,7 @@ class Fields(NamedTuple):
     turnings: Array
 
 
-def curvature(assembly: Assembly, position: Station, rates: Array) -> tuple[Complex, Array]:
+def curvature(assembly: Assembly, position: LinkageStation, rates: Array) -> tuple[Complex, Array]:
     """Second derivatives along rates of all variables (k, variables) that the drivers keep: basis functions, variables."""
     own, here, count = assembly.loops, position.local, assembly.freedoms
     turning = rates @ own.turns.T
@@ -301,7 +301,7 @@ def curvature(assembly: Assembly, position: Station, rates: Array) -> tuple[Comp
     return bent + slopes @ here.slopes.T, slopes
 
 
-def fields(assembly: Assembly, position: Station, directions: Array) -> Fields:
+def fields(assembly: Assembly, position: LinkageStation, directions: Array) -> Fields:
     """Velocity fields at a position, for directions (k, g) in rad and m."""
     own, here, count = assembly.loops, position.local, assembly.freedoms
     rates = np.zeros((len(directions), here.z.size))
@@ -404,7 +404,7 @@ def pose_array(points: Complex, angles: Array) -> Array:
     return np.stack((points.real, points.imag, angles), axis=-1)
 
 
-def stations(start: Assembly, coordinates: Array) -> Iterator[Station]:
+def stations(start: Assembly, coordinates: Array) -> Iterator[LinkageStation]:
     """The equations at coordinates (g, n), one after the other."""
     z = start.z
     for column in coordinates.T:

@@ -19,13 +19,13 @@ from flywheel.mechanisms.linkages.statics import (
     DRIVE,
     FORCE,
     OPEN,
-    Balance,
     Component,
     Effort,
     Force,
     Friction,
     Load,
     Passive,
+    ReactionBalance,
     Torque,
     Unknowns,
     applied,
@@ -325,7 +325,7 @@ def reactions_at(
     return _named(poses, motion, parts, balance(poses, parts, outer))
 
 
-def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balance: Balance) -> Reactions:
+def _named(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balance: ReactionBalance) -> Reactions:
     """Results by the names of joints and components; frictions of a joint add up, a shoe's normals follow from N and M."""
     amounts = np.where(balance.sizes.converged, balance.amounts, np.nan)
     certain = np.where(balance.loose, np.nan, balance.values)

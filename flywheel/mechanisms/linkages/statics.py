@@ -42,50 +42,11 @@ from flywheel.numerics.faults import Fault, SceneError, array, brief, entry, req
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
 __all__ = [
-    "COUPLE",
-    "DRIVE",
-    "FORCE",
-    "FRICTION",
-    "OPEN",
-    "RADIAL",
-    "Balance",
-    "Component",
-    "Contact",
-    "Effort",
-    "Force",
-    "Friction",
-    "Load",
-    "Pair",
-    "Passive",
-    "Response",
-    "Sizes",
-    "Torque",
-    "Unknowns",
-    "along",
-    "applied",
-    "balance",
-    "centres",
-    "contact",
-    "continued_sizes",
-    "coulomb",
-    "cross",
-    "direction",
-    "effort_pair",
-    "friction_power",
-    "friction_sizes",
-    "guide",
-    "index",
-    "inertial",
-    "joint_rate",
-    "masses",
-    "perp",
-    "response",
-    "shoe_ends",
-    "size_forms",
-    "unknowns",
-    "values_at",
-    "velocity",
-    "weights",
+    "COUPLE", "DRIVE", "FORCE", "FRICTION", "OPEN", "RADIAL", "Component", "Contact", "Effort", "Force", "Friction", "Load",
+    "Pair", "Passive", "ReactionBalance", "Response", "Sizes", "Torque", "Unknowns", "along", "applied", "balance",
+    "centres", "contact", "continued_sizes", "coulomb", "cross", "direction", "effort_pair", "friction_power",
+    "friction_sizes", "guide", "index", "inertial", "joint_rate", "masses", "perp", "response", "shoe_ends", "size_forms",
+    "unknowns", "values_at", "velocity", "weights",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -534,7 +495,7 @@ class Sizes(NamedTuple):
     converged: Flags
 
 
-class Balance(NamedTuple):
+class ReactionBalance(NamedTuple):
     """Components in the order of the unknowns, (components, n): NaN if friction locks, one of many values where open.
 
     amounts: values of the passive actions, (passives, n); others: wrenches of everything but reactions, passive actions
@@ -556,7 +517,7 @@ class Response(NamedTuple):
     """Response of the unknowns to k loads and to a unit of every passive action, at n positions.
 
     values: shape (n, components, k + passives); loose, open: which components are open, and what can be added to them
-    (see `Balance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, which make all forces.
+    (see `ReactionBalance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, which make all forces.
     """
 
     values: Array
@@ -604,7 +565,7 @@ def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
     return Response(values * column_scales[:, None], loose, space, matrix, row_scales)
 
 
-def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
+def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> ReactionBalance:
     """All reactions and driving actions under `loads`, wrenches (bodies, 3, n) with the inertia forces among them."""
     count, passives = poses.q.size, unknowns.passives
     responses = response(poses, unknowns, loads[None])
@@ -622,7 +583,7 @@ def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
     residual = np.divide(left, largest, out=np.zeros_like(left), where=largest > 0)
     others = np.concatenate((np.zeros((1, *loads.shape[1:])), total.T.reshape(-1, 3, count)))
     values = np.where(sizes.converged[:, None], values, np.nan)
-    return Balance(values.T, amounts.T, others, responses.loose.T, responses.open, sizes, residual)
+    return ReactionBalance(values.T, amounts.T, others, responses.loose.T, responses.open, sizes, residual)
 
 
 def _columns(parts: tuple[Component, ...] | tuple[Passive, ...], middle: Array) -> Array:
