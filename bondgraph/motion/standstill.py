@@ -10,7 +10,6 @@ speed comes back to 0: no law takes it from the sign of a negligible speed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +32,8 @@ class EitherWayError(GraphError):
     """A body at rest that its laws drive away in both directions."""
 
 
-class Release(NamedTuple):
-    """The end of a rest: its time (s), and the direction of the motion after it: 1, -1, or 0 if the body is still held."""
-
-    time: float
-    direction: float
+Release = tuple[float, float]
+"""The end of a rest: its time (s), and the direction of the motion after it: 1, -1, or 0 if the body is still held."""
 
 
 def direction(forwards: float, backwards: float) -> float:
@@ -76,8 +72,8 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
         EitherWayError: if both motions would begin at once.
 
     >>> ramp = lambda t: np.array([30.0 * t - 12.0, 30.0 * t + 12.0])
-    >>> start = release(ramp, 0.0, 5.0)
-    >>> round(start.time, 9), start.direction
+    >>> time, direction = release(ramp, 0.0, 5.0)
+    >>> round(time, 9), direction
     (0.4, 1.0)
 
     """
@@ -105,9 +101,9 @@ def release(accelerations: Accelerations, start: float, end: float) -> Release:
             if len(sides) == 2 and releases[0] == releases[1]:
                 direction(*accelerations(np.array([releases[0]]))[:, 0].tolist())
             side = min(sides, key=lambda k: releases[k] or 0.0)
-            return Release(float(releases[side] or 0.0), 1.0 - 2.0 * side)
+            return float(releases[side] or 0.0), 1.0 - 2.0 * side
         if high >= end:
-            return Release(end, 0.0)
+            return end, 0.0
         low, width = high, 2.0 * width
     raise GraphError(f"the forces on a body at rest change too fast to be followed from {low:.6g} s to {end:.6g} s")
 

@@ -22,7 +22,7 @@ from bondgraph.recording import Complex, Program, Recorded, Recorder
 from flywheel.mechanisms import KINDS, families
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
 from flywheel.mechanisms.linkages.assembly import LEAVE
-from flywheel.mechanisms.linkages.equations import WINDOW, Equations, Form, Loops, cis, inverse, loops, vector
+from flywheel.mechanisms.linkages.equations import WINDOW, Equations, Form, Loops, Track, cis, inverse, loops, vector
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
@@ -317,14 +317,6 @@ def enclosed(solution: Solution, low: Array, high: Array) -> tuple[tuple[Array, 
 _KEPT = 4
 
 
-class Variable(NamedTuple):
-    """A variable at psi and its derivatives by psi, as arrays or intervals, in rad or m."""
-
-    value: Any
-    rate: Any
-    slope: Any
-
-
 class LinkagePosition:
     """All variables of a linkage at the driver's coordinate psi, computed together when the first is read.
 
@@ -339,7 +331,7 @@ class LinkagePosition:
         self._middle = middle
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[Track, ...]:
         """All of them, within the first period."""
         solution, period, _, unknowns = self._cycle
         psi = self.psi if period is None else self.psi - self._turns * period
@@ -348,7 +340,8 @@ class LinkagePosition:
                 table = np.array([unknowns.recorded(each) for each in psi.flat], dtype=object).T.reshape(-1, *psi.shape)
             else:
                 table = np.array(unknowns.recorded(psi), dtype=object)
-            return (Variable(psi, 1.0, 0.0), *(Variable(*table[k :: unknowns.count]) for k in range(unknowns.count)))
+            ratios: Any = 1.0, 0.0
+            return (Track(psi, *ratios), *(Track(*table[k :: unknowns.count]) for k in range(unknowns.count)))
         parts: list[Any]
         if isinstance(psi, Interval):
             low, high = np.broadcast_arrays(np.asarray(psi.lo, dtype=float), np.asarray(psi.hi, dtype=float))
@@ -366,11 +359,11 @@ class LinkagePosition:
         slides = solution.linkage.sliding, *(name.startswith("slide") for name in solution.equations.loops.names[1:])
         sizes = [solution.unit if sliding else 1.0 for sliding in slides]
         return tuple(
-            Variable(parts[0][k] * size, parts[1][k] * (size / by), parts[2][k] * (size / by**2))
+            Track(parts[0][k] * size, parts[1][k] * (size / by), parts[2][k] * (size / by**2))
             for k, size in enumerate(sizes)
         )
 
-    def variable(self, number: int) -> Variable:
+    def variable(self, number: int) -> Track:
         """A variable with its rate and slope; its value with the gain of the turns before."""
         variable, gain = self.variables[number], self._cycle.winding[number]
         return variable if gain == 0.0 else variable._replace(value=variable.value + gain * self._turns)

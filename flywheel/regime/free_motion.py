@@ -228,12 +228,12 @@ class Rest(NamedTuple):
             if machine.depends_on_time or self.dynamics.circuit is not None:
                 return standstill.release(accelerations, self.time, stop)
             direction = standstill.direction(*accelerations(np.array([self.time]))[:, 0].tolist())
-            return Release(self.time, direction) if direction else None
+            return (self.time, direction) if direction else None
         except standstill.EitherWayError:
             if rough_joints(self.dynamics):
                 what = "friction in its joints permits a start in either direction"
                 raise SceneError([undecided(machine, phi, self.time, what)]) from None
-            return Release(self.time, 1.0)
+            return self.time, 1.0
         except GraphError as error:
             defect, expected = f"a machine at rest at {machine.where(phi)}: {error}", "laws that can be followed"
             raise SceneError([Fault("until", defect, expected, "a shorter time")]) from None

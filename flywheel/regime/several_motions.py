@@ -89,14 +89,9 @@ class SeveralMoments(Moments):
 # -- cells that end where a mesh changes the side that drives ------------------------------------------------------------
 
 
-class Deciding(NamedTuple):
-    """Values at the nodes at whose sign changes cells end.
-
-    `spread` is the share of a torque that a mesh loses by passing it the wrong way; 0 for a law, which leaves no slack.
-    """
-
-    values: Array
-    spread: float
+Deciding = tuple[Array, float]
+"""Values at the nodes at whose sign changes cells end, and the share of a torque that a mesh loses by passing it the wrong
+way: 0 for a law, which leaves no slack."""
 
 
 class CutMotions(NamedTuple):
@@ -180,14 +175,14 @@ def decided(moments: Any, solved: Periodic) -> tuple[list[Deciding], Array]:
     """
     deciding = through_meshes(moments, solved.rate.transmitted)
     if moments.machine.switches_at_speeds:
-        deciding += [Deciding(values, 0.0) for values in moments.switches(solved.omega)]
+        deciding += [(values, 0.0) for values in moments.switches(solved.omega)]
     return deciding, moments.total(solved.rate.exchanged)
 
 
 def through_meshes(moments: Any, torques: Sequence[Array]) -> list[Deciding]:
     """Torques through meshes with losses (N m), with what a mesh loses of one that it passes the wrong way."""
     spreads = [1.0 / stage.efficiency - stage.efficiency for stage in moments.machine.stages if stage.efficiency < 1.0]
-    return [Deciding(*each) for each in zip(torques, spreads, strict=True)]
+    return list(zip(torques, spreads, strict=True))
 
 
 def _reversals(moments: Any, deciding: Sequence[Deciding], exchanged: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

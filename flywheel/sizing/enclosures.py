@@ -170,19 +170,11 @@ def possible_sign(_: int, difference: Any) -> int | None:
     return None
 
 
-class _Edge(NamedTuple):
-    """An edge of a smooth piece: its approximate angle (rad), and its formula, or the function of which it is a zero.
+def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[tuple[Any, Program | None, Program | None]]:
+    """The edges of smooth pieces: approximate angle (rad), and its formula, or the function of which it is a zero.
 
     An edge inside a piece, or one where a cell ends only for resolution, has neither: its exact place has no effect.
     """
-
-    angle: Any
-    formula: Program | None = None
-    zero: Program | None = None
-
-
-def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[_Edge]:
-    """The edges of smooth pieces."""
     zero, marks, twin = rational(0, 1), structure.landmarks, structure.twin
     resolving = np.isin(twin.landmarks, np.setdiff1d(twin.breakpoints, twin.switches))
 
@@ -197,9 +189,9 @@ def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[_Edge]:
         angle = loosely(program)
         followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
         if resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]):
-            yield _Edge(angle)
+            yield angle, None, None
         else:
-            yield _Edge(angle, program if followed is None else None, followed)
+            yield angle, program if followed is None else None, followed
 
 
 def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:

@@ -482,11 +482,8 @@ _AGAIN = 1e-11  # of the scale: poses that are the same
 _TERMS = np.arange(float(ORDER))
 
 
-class ScaledValues(NamedTuple):
-    """Values at many poses, shape (n, k), and the scales of their rounding errors, shape (k,)."""
-
-    values: Array
-    sizes: Array
+ScaledValues = tuple[Array, Array]
+"""Values at many poses, shape (n, k), and the scales of their rounding errors, shape (k,)."""
 
 
 class Interpolant:
@@ -516,7 +513,7 @@ class Interpolant:
             self._enter(q)
         if self.series is None:
             x, g = self.closure.at(q)
-            values = self.quantity(self.model, self.model.state(x[None], g[None])).values
+            values, _ = self.quantity(self.model, self.model.state(x[None], g[None]))
             return np.asarray(values[0])
         return np.asarray(self._basis(q) @ self.series[:, self.model.masses.size :])
 

@@ -228,7 +228,7 @@ class RoughByDriver:
             ).ravel(),
         )
         values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
-        return ScaledValues(values, np.concatenate(sizes))
+        return values, np.concatenate(sizes)
 
     def instant(self, t: float, y: Array) -> UnitResponses:
         """Actions at a time and state."""

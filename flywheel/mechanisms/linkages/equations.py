@@ -836,7 +836,8 @@ def solved(matrix: Array, right: Array) -> Array:
 class Track(NamedTuple):
     """Positions with two derivatives by the driver's coordinate: of a point, a joint's coordinate, or all variables.
 
-    All variables are scaled, shape (n, variables), the driver's coordinate first.
+    All variables are scaled, shape (n, variables), the driver's coordinate first. Those of a mechanism in a graph (rad or m)
+    may be intervals or recorded numbers.
     """
 
     value: Array

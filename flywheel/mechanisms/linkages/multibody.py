@@ -197,7 +197,7 @@ def _reduced_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     greatest = inertia.max()
     sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
     values = np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia, half))
-    return ScaledValues(values, np.append(sizes, (greatest, greatest / model.unit)))
+    return values, np.append(sizes, (greatest, greatest / model.unit))
 
 
 def _newton_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
@@ -207,7 +207,7 @@ def _newton_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     right, solution, alpha = column_accelerations(model, columns, state, model.reaction_wrenches(state), none)
     values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), alpha), axis=1)
     work = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
-    return ScaledValues(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
+    return values, np.concatenate((work, acceleration_sizes(model, right, solution)))
 
 
 def in_all_coordinates(model: LinkageModel, q: float, qdot: float, until: float, rtol: float) -> LinkageMotion:
@@ -323,9 +323,7 @@ def _energy_columns(model: LinkageModel, state: LinkageState) -> ScaledValues:
     for one, place in zip(inertia.tolist(), state.q.tolist(), strict=True):
         model.heavy(one, place)
     sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
-    return ScaledValues(
-        np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia)), np.append(sizes, inertia.max())
-    )
+    return np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia)), np.append(sizes, inertia.max())
 
 
 # -- the call -------------------------------------------------------------------------------------------------------------
