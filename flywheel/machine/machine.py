@@ -790,14 +790,11 @@ class Machine:
         family, phase, stroke = self._families[mechanism.name], mechanism.phase, mechanism.stroke
 
         def position(q: Any, ns: Any, q_anchor: Any) -> Any:
-            return family.position(q + phase, ns, q_anchor + phase)
-
-        def along_stroke(q: Any, ns: Any, q_anchor: Any) -> Any:
-            """The coordinate limited to the stroke: beyond it, by rounding or a time step, there may be no position."""
-            psi = np.clip(q + phase, *stroke) if ns is np and stroke is not None else q + phase
+            # limited to the stroke: beyond it, by rounding or a time step, there may be no position
+            psi = np.clip(q + phase, *stroke) if stroke is not None and ns is np else q + phase
             return family.position(psi, ns, q_anchor + phase)
 
-        return Motion(mechanism.shaft, position if stroke is None else along_stroke)
+        return Motion(mechanism.shaft, position)
 
 
 def circuit_of(scene: Scene) -> Circuit | None:

@@ -580,6 +580,15 @@ def _where(sizing: Sizing) -> str:
     return _("least at {least}, greatest at {greatest}", least=least, greatest=greatest)
 
 
+def _proven() -> dict[str, tuple[str, str]]:
+    """The figures of whose proofs the summary shows the first available one, with name and unit."""
+    return {
+        "flywheel.exact": (_("exact flywheel"), "kg m²"),
+        "simulation.irregularity": (_("irregularity"), ""),
+        "energy_fluctuation": (_("energy fluctuation"), "J"),
+    }
+
+
 def _confirmed(sizing: Sizing) -> Iterator[str]:
     """Sentences on the confirmation of the irregularity, its accuracy, and a required accuracy that was not reached."""
     motion, error = sizing.simulation, sizing.error.simulation or 0.0
@@ -603,12 +612,7 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
         if proof.reason:
             yield _("NOT proven: {reason}.", reason=proof.reason)
         else:
-            first = {  # the first available one is shown
-                "flywheel.exact": (_("exact flywheel"), "kg m²"),
-                "simulation.irregularity": (_("irregularity"), ""),
-                "energy_fluctuation": (_("energy fluctuation"), "J"),
-            }
-            name, unit, low, high = next((*each, *proof.figures[k]) for k, each in first.items() if k in proof.figures)
+            name, unit, low, high = next((*each, *proof.figures[k]) for k, each in _proven().items() if k in proof.figures)
             count = len(proof.figures)
             if proof.ranges:
                 yield _(
