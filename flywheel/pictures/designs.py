@@ -45,7 +45,7 @@ from flywheel.pictures.figures import (
     save,
 )
 from flywheel.study.tradeoff import FAMILIES, RESTARTED, MethodRow, Tradeoff, ordered
-from flywheel.tables.rows import DEGREES, RPM, plain, printable, short_names
+from flywheel.tables.rows import DEGREES, RPM, plain, short_names, under_title
 
 __all__ = [
     "draw_optimum", "draw_sensitivities", "draw_sweep", "draw_tolerance", "draw_tradeoff", "placed",
@@ -55,7 +55,6 @@ __all__ = [
 Array = NDArray[np.float64]
 
 # -- sensitivities, tolerances, optima ------------------------------------------------------------------
-_LONGEST_TITLE = 90
 _MOST_PANELS, _MOST_BARS = 3, 14
 _THIN = 2e-3  # of the longest bar: what is not drawn
 _WIDE = 30.0  # ratio of values from which on an axis is logarithmic
@@ -85,7 +84,7 @@ def draw_front(result: ParetoFront) -> Figure:
     """The designs of a front: each of the other figures over the first."""
     values = np.array([point.values for point in result.points]).T
     names = [f"{name}, {_unit(unit)}".rstrip(", ") for name, unit in zip(result.objectives, result.units, strict=True)]
-    made = figure(7.5, 1.2 + 3.2 * (len(names) - 1), _heading(result.scene.title, "front of several figures"))
+    made = figure(7.5, 1.2 + 3.2 * (len(names) - 1), under_title(result.scene.title, "front of several figures"))
     panels: Any = made.subplots(len(names) - 1, 1, squeeze=False, sharex=True)
     for panel, row, name in zip(panels[:, 0], values[1:], names[1:], strict=True):
         panel.plot(values[0], row, "o-" if len(names) == 2 else "o", color=BLUE, ms=4.5, lw=1.0)
@@ -102,7 +101,8 @@ def draw_sensitivities(result: Sensitivities, names: Sequence[str] = ()) -> Figu
     kept = selection(result.values, names)[:_MOST_PANELS]
     short = short_names(result.numbers)
     heights = [min(max(_bars(result, name), 1), _MOST_BARS) for name in kept]
-    made = figure(8.5, 1.3 + sum(0.32 * height + 0.75 for height in heights), _heading(result.scene.title, "sensitivities"))
+    tall = 1.3 + sum(0.32 * height + 0.75 for height in heights)
+    made = figure(8.5, tall, under_title(result.scene.title, "sensitivities"))
     panels: Any = made.subplots(len(kept), 1, squeeze=False, height_ratios=[height + 1.5 for height in heights])
     for panel, name, height in zip(panels[:, 0], kept, heights, strict=True):
         _tornado(panel, result, name, short, height)
@@ -168,7 +168,7 @@ def draw_tolerance(result: Tolerance, names: Sequence[str] = ()) -> Figure:
     kept = [name for name in selection(result.spreads, names) if result.spreads[name].deviation > 0.0][:_MOST_PANELS]
     kept = kept or selection(result.spreads, names)[:1]
     many = "intervals" if result.intervals else "standard deviations"
-    made = figure(11.0, 0.9 + 2.7 * len(kept), _heading(result.scene.title, f"tolerance: {many}"))
+    made = figure(11.0, 0.9 + 2.7 * len(kept), under_title(result.scene.title, f"tolerance: {many}"))
     panels: Any = made.subplots(len(kept), 2, squeeze=False, width_ratios=(1.5, 1.0))
     for (left, right), name in zip(panels, kept, strict=True):
         _histogram(left, result, name)
@@ -218,7 +218,8 @@ def draw_optimum(result: Optimum) -> Figure:
     """The figure at every design that was tried, the best so far, and below the numbers of that one within their bounds."""
     course, sign = result.course, 1.0 if result.greatest else -1.0
     count, short = course.values.size, short_names(result.numbers)
-    made = figure(9.0, 6.4, _heading(result.scene.title, f"{'greatest' if result.greatest else 'least'} {result.objective}"))
+    aim = f"{'greatest' if result.greatest else 'least'} {result.objective}"
+    made = figure(9.0, 6.4, under_title(result.scene.title, aim))
     above, below = made.subplots(2, 1, sharex=True, height_ratios=(1.4, 1.0))
     x = np.arange(1, count + 1)
     best = np.maximum.accumulate(np.where(course.kept, sign * course.values, -np.inf))
@@ -260,12 +261,6 @@ def _about(name: str) -> str:
 
 def _unit(unit: str) -> str:
     return unit.replace("^2", "²").replace("N m", "N·m")
-
-
-def _heading(title: str | None, what: str) -> str:
-    words = " ".join(printable(title or "").split())
-    words = words if len(words) <= _LONGEST_TITLE else words[: _LONGEST_TITLE - 1] + "…"
-    return f"{words}\n{what}" if words else what
 
 
 # -- sweeps ------------------------------------------------------------------
@@ -320,7 +315,7 @@ def _curves(result: Sweep, path: str) -> Figure:
     order = np.argsort(result.columns[path], kind="stable")
     x, name = result.columns[path][order], objective(result)
     sizes = name == "exact"
-    made = figure(9.0, 6.8 if sizes else 4.6, _heading(result.scene.title, f"{len(result)} designs"))
+    made = figure(9.0, 6.8 if sizes else 4.6, under_title(result.scene.title, f"{len(result)} designs"))
     panels: Any = made.subplots(2 if sizes else 1, 1, sharex=True, squeeze=False, height_ratios=(2, 1) if sizes else (1,))
     above, marks = panels[0, 0], {"marker": "o", "ms": 3.5} if len(result) <= 60 else {}
     name_axes(above, "", "", _label(result, name) if not sizes else "flywheel at its shaft, kg m²")
@@ -432,7 +427,7 @@ def _map(result: Sweep, varied: list[str], ground: _Ground) -> Figure:
     name = objective(result)
     finite = np.isfinite(result.values[name])
     values = result.values[name][finite]
-    made = figure(9.0, 6.8, _heading(result.scene.title, f"{_label(result, name)}: {len(result)} designs"))
+    made = figure(9.0, 6.8, under_title(result.scene.title, f"{_label(result, name)}: {len(result)} designs"))
     panel = made.subplots()
     name_axes(panel, "", _label(result, varied[0]), _label(result, varied[1]))
     panel.grid(visible=False)
@@ -490,7 +485,7 @@ def _parallel(result: Sweep, varied: list[str], finite: NDArray[np.bool_]) -> Fi
     """Every design as a line over its numbers and figures; those of the front, and those that are dangerous, stand out."""
     name = objective(result)
     axes = [*(varied or list(result.columns)), *(each for each in (name, "approximate", "power") if each in result.names)]
-    made = figure(max(9.0, 1.5 * len(axes)), 6.0, _heading(result.scene.title, f"{len(result)} designs"))
+    made = figure(max(9.0, 1.5 * len(axes)), 6.0, under_title(result.scene.title, f"{len(result)} designs"))
     made.set_dpi(DPI)
     panel = made.subplots()
     index = np.flatnonzero(finite)
@@ -573,7 +568,7 @@ def draw_tradeoff(result: Tradeoff) -> Figure:
     jump are filled, those that do not are hollow. Colour and marker show the family, a line joins its settings.
     """
     rows = [row for row in ordered(result.rows) if row.error is not None and row.seconds]
-    made = figure(*_SIZE, _heading(result.title, f"{result.figure}: error against time"))
+    made = figure(*_SIZE, under_title(result.title, f"{result.figure}: error against time"))
     made.set_dpi(DPI)  # sizes of texts are those of the picture that is written
     panel = made.subplots()
     name_axes(panel, _subtitle(result, len(rows)), "median time, ms", "true relative error")

@@ -41,7 +41,7 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing.motor import drive_moment
 from flywheel.sizing.results import Sizing
 from flywheel.tables.power import balance_error, places, stream_name
-from flywheel.tables.rows import RPM, irregularity
+from flywheel.tables.rows import MOST_PARTS, RPM, irregularity, largest_parts
 from flywheel.tables.sizing import candidates, inertia_error
 
 if TYPE_CHECKING:  # the door of linkages, which a flywheel's diagrams leave shut
@@ -326,7 +326,7 @@ def _inertia(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     total = np.sum(list(bodies.values()), axis=0)
     extent = part.sizing.reduced_inertia if part.sizing is not None else None
     least, greatest, mean = extent or (float(total.min()), float(total.max()), None)
-    bodies_drawn = forms.most(bodies)
+    bodies_drawn = largest_parts(bodies, f"{len(bodies) - MOST_PARTS + 1} others")
     sliding = part.scene.reduction_element == "slide"
     unit, symbol = ("kg", "m*") if sliding else ("kg m²", "I*")
     cycle = None if part.sizing is None else part.sizing.cycle

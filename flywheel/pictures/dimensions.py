@@ -30,6 +30,7 @@ from flywheel.pictures.mechanisms import colours, draw_bodies, write_names
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism, Scene
+from flywheel.tables.rows import largest_parts
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,6 @@ _WIDTH, _TALLEST = 7.4, 7.6  # inches
 _OFFSETS = (4.0, -4.0, 7.5, -7.5, 11.0, -11.0)  # of a dimension line from what it measures, in pins' radii
 _SHORT = 1e-3  # of the mechanism's size: distances below it are none
 _MOST_DIMENSIONS = 18  # dimensions in one picture
-_MOST_PARTS = 8
 
 
 class DimensionLine(NamedTuple):
@@ -308,11 +308,7 @@ def shares(machine: Machine, q: Array, total: Array, parts: Mapping[str, Array],
     x = 1000.0 * q if sliding else np.degrees(q)
     figures.name_axes(panel, "", _("position x of the driver, mm") if sliding else _("crank angle φ, °"), label)
     some = {name: part + 0.0 * q for name, part in parts.items() if np.any(part)}
-    if len(some) > _MOST_PARTS:
-        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST_PARTS - 1]
-        rest = [part for name, part in some.items() if name not in largest]
-        some = {name: part for name, part in some.items() if name in largest} | {_("others"): np.sum(rest, axis=0)}
-    for k, (name, part) in enumerate(some.items()):
+    for k, (name, part) in enumerate(largest_parts(some, _("others")).items()):
         _line(panel, x, part, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
     _line(panel, x, total, color=BLACK, lw=1.9, label=label.partition(",")[0])
     panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)

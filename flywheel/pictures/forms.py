@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 _NO_WORK = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
 _LOOP_SHARE = 0.10  # of the width and height of Wittenbauer's diagram: a smaller loop has a window of its own
 _INTERCEPT_ROUNDING = 1e-9  # of the intercepts or inertias: work, in the same unit, that is none
-MOST_BODIES = 8  # in a stacked picture
 
 
 class CycleSamples(NamedTuple):
@@ -93,16 +92,6 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
         if work > (-_NO_WORK if name == "drive" else _NO_WORK) * size:  # a drive that holds back on the whole resists
             moments = moments + there
     return moments, drive
-
-
-def most(bodies: dict[str, Array]) -> dict[str, Array]:
-    """Bodies with their shares of I*; beyond `MOST_BODIES` the smallest ones as one."""
-    if len(bodies) <= MOST_BODIES:
-        return bodies
-    largest = sorted(bodies, key=lambda name: -float(bodies[name].max()))[: MOST_BODIES - 1]
-    rest = [part for name, part in bodies.items() if name not in largest]
-    largest_bodies = {name: part for name, part in bodies.items() if name in largest}
-    return largest_bodies | {f"{len(rest)} others": np.sum(rest, axis=0)}
 
 
 class Loop(NamedTuple):

@@ -34,7 +34,7 @@ from flywheel.pictures.figures import BLACK, BLUE, BODIES, GREEN, GREY, ORANGE, 
 from flywheel.regime import constant_speed
 from flywheel.regime.state import MachineState, at_speed, conditions, reduce
 from flywheel.scene.scene import Scene
-from flywheel.tables.rows import RPM
+from flywheel.tables.rows import MOST_PARTS, RPM, largest_parts
 from flywheel.tables.scene import part_name
 
 Array = NDArray[np.float64]
@@ -302,7 +302,6 @@ def _mark_extremes(panel: Axes, kinematics: Kinematics, curves: Sequence[MotionC
 # -- the reduced machine ------------------------------------------------------------------
 _COURSE_POINTS = 721
 _SHARES = np.arange(1, 16) / 16  # of the way between two landmarks
-_MOST_PARTS = 8  # parts that are drawn; of more, the largest and the sum of the others
 _JUMP, _CORNER, _DOZEN = 1e-6, 8.0, 12
 _NO_PART = 1e-12  # of the largest: parts below it are none
 _ROUNDED = 1e-14  # N m, N, kg m² or kg: rounding makes as much of nothing
@@ -403,10 +402,7 @@ def _draw_parts(
         panel.set_yticks([])
         return
     some = {name: part for name, part in parts.items() if float(np.abs(part).max()) > _NO_PART * size}
-    if len(some) > _MOST_PARTS:
-        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST_PARTS - 1]
-        rest = [part for name, part in some.items() if name not in largest]
-        some = {name: part for name, part in some.items() if name in largest} | {f"{len(rest)} others": np.sum(rest, axis=0)}
+    some = largest_parts(some, f"{len(some) - MOST_PARTS + 1} others")
     alone = len(some) == 1 and all(np.array_equal(total, part) for part in some.values())
     for k, (name, part) in enumerate(() if alone else some.items()):
         x, y = broken(phi, part, edges)

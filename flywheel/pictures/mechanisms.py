@@ -86,14 +86,7 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
     views = sketch.views(scene, points)
     coordinates = sketch.checked(scene, at) or sketch.positions(scene)
     boxes = [extent(view) for view in views]
-    columns = columns_for(boxes)
-    rows = -(-len(boxes) // columns)
-    width = _WIDEST if columns == 1 else _ONE * columns  # as wide as there is room, as tall as the mechanisms need
-    height = rows * min(max(tallest(boxes) * (width / columns - 0.9), 2.2), _TALLEST / max(rows - 0.5, 1.0)) + 1.2
-    made = figures.figure(width, height, sketch.headline(scene))
-    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for panel in panels[len(views) :]:
-        panel.set_axis_off()
+    made, panels = _panels(boxes, sketch.headline(scene), 2.2, 1.2)
     symbol = "x" if scene.stroke is not None and scene.stroke.sliding else "φ"
     others = ", ".join(sketch.coordinate_text(scene, q) for q in coordinates[1:_LISTED]) + (
         ", …" if len(coordinates) > _LISTED else ""
@@ -222,6 +215,22 @@ def write_names(
     figures.settle(panel, texts, spots, lines)
 
 
+def _panels(boxes: Sequence[Array], title: str, least: float, margin: float) -> tuple[Figure, list[Axes]]:
+    """A sheet with a panel for every box, as wide as there is room and as tall as the mechanisms need.
+
+    least: height of a row (inches); margin: of the sheet above and below.
+    """
+    columns = columns_for(boxes)
+    rows = -(-len(boxes) // columns)
+    width = _WIDEST if columns == 1 else _ONE * columns
+    height = rows * min(max(tallest(boxes) * (width / columns - 0.9), least), _TALLEST / max(rows - 0.5, 1.0)) + margin
+    sheet = figures.figure(width, height, title)
+    panels = sheet.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for panel in panels[len(boxes) :]:
+        panel.set_axis_off()
+    return sheet, panels
+
+
 # -- instant centres ---------------------------------------------------------------------------------------------------
 
 _MOST_DRAWN = 4  # positions that are drawn of many
@@ -247,14 +256,7 @@ def draw_centres(result: InstantCentres, path: str | Path | None = None) -> Figu
     picked = np.unique(np.linspace(0, result.q.size - 1, min(result.q.size, _MOST_DRAWN)).round().astype(int)).tolist()
     jobs = [(views[name], centres, k) for k in picked for name, centres in result.mechanisms.items()]
     boxes = [_box_with_centres(extent(view), centres, k) for view, centres, k in jobs]
-    columns = columns_for(boxes)
-    rows = -(-len(boxes) // columns)
-    width = _WIDEST if columns == 1 else _ONE * columns
-    height = rows * min(max(tallest(boxes) * (width / columns - 0.9), 2.6), _TALLEST / max(rows - 0.5, 1.0)) + 1.6
-    made = figures.figure(width, height, f"{sketch.headline(result.scene)}: instant centres")
-    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for panel in panels[len(jobs) :]:
-        panel.set_axis_off()
+    made, panels = _panels(boxes, f"{sketch.headline(result.scene)}: instant centres", 2.6, 1.6)
     symbol = "x" if result.scene.stroke is not None and result.scene.stroke.sliding else "φ"
     for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
         title = f"{view.mechanism.name}: {symbol} = {sketch.coordinate_text(result.scene, float(result.q[k]))}"

@@ -45,7 +45,7 @@ from flywheel.pictures.figures import (
 )
 from flywheel.sizing.results import PowerFlow
 from flywheel.tables.power import Entry, entries, gives, input_power, shaft_name
-from flywheel.tables.rows import DEGREES, SI, five_digits, printable
+from flywheel.tables.rows import DEGREES, SI, five_digits, under_title
 
 __all__ = ["draw", "panel", "plot"]
 
@@ -58,7 +58,6 @@ _HEAD = 0.09  # inches: how far an arrow's head stands out
 _LEAST = 0.018  # inches: width of the thinnest stream that is drawn
 _LETTER, _LINE = 0.075, 0.165  # inches: of a letter and of a line of text
 _WORDS, _LONGEST = 15, 24  # letters in a line of a name, and of one whose words are long
-_LONGEST_TITLE = 90
 _SEGMENT = 1.05  # inches: a stretch of the trunk that bears a name
 _NO_STREAM = 1e-9  # of the widest: a stream that is none
 _WIDEST = 15.0  # inches: beyond it names stand on two levels
@@ -112,13 +111,11 @@ def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Pi
 
 
 def _title(flow: PowerFlow, at: float | None) -> str:
-    words = " ".join(printable(flow.scene.title or "").split())
     if at is None:
         label = _("Power flow, mean over a cycle of {period} s", period=number(digits(flow.period, 0.0, 4)))
     else:
         label = _("Power flow at a crank angle of {angle}°", angle=number(digits(at * DEGREES, 0.0, 5)))
-    words = words if len(words) <= _LONGEST_TITLE else words[: _LONGEST_TITLE - 1] + "…"
-    return f"{words}\n{label}" if words else label
+    return under_title(flow.scene.title, label)
 
 
 # -- which stream goes where ---------------------------------------------------------------------------------------------
@@ -479,18 +476,16 @@ class _PowerSheet:
         deep = way * _notch(high - low)
         self.polygon([(x, low), (x + deep, low), (x, middle), (x + deep, high), (x, high)], colour)
 
-    def polygon(self, points: Sequence[tuple[float, float]], colour: str) -> None:
+    def polygon(self, points: Sequence[tuple[float, float]], colour: str, order: float = 3.0) -> None:
         """A patch with straight sides."""
         codes = [Outline.MOVETO, *[Outline.LINETO] * (len(points) - 1), Outline.CLOSEPOLY]
-        self.patches.append((Outline([*points, points[0]], codes), colour, 3.0))
+        self.patches.append((Outline([*points, points[0]], codes), colour, order))
 
     def outline(self, run: Sequence[tuple[float, float, float, float, float]], colour: str) -> None:
         """Bands (x, x, lower, upper, power) side by side as one patch."""
         upper = [(x, high) for a, b, _low, high, _power in run for x in (a, b)]
         lower = [(x, low) for a, b, low, _high, _power in run for x in (a, b)]
-        points = [*upper, *lower[::-1]]
-        codes = [Outline.MOVETO, *[Outline.LINETO] * (len(points) - 1), Outline.CLOSEPOLY]
-        self.patches.append((Outline([*points, points[0]], codes), colour, 2.0))
+        self.polygon([*upper, *lower[::-1]], colour, 2.0)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

@@ -33,7 +33,7 @@ from flywheel.pictures.diagrams import (
 from flywheel.pictures.figures import BLACK, BLUE, COLOURS, GREY, PURPLE, STYLE, VERMILLION, name_axes, say
 from flywheel.pictures.forms import Diagram, DiagramData, DiagramRow, ExtremeMark, part_of, roomiest
 from flywheel.sizing.results import Sizing
-from flywheel.tables.rows import RPM, WIDTH, printable
+from flywheel.tables.rows import RPM, WIDTH, printable, under_title
 from flywheel.tables.sizing import inertia_error, limit_names
 
 if TYPE_CHECKING:
@@ -202,9 +202,7 @@ def headline(sizing: Sizing) -> str:
             eps=irregularity,
             speed=speed,
         )
-    title = " ".join(printable(scene.title or "").split())
-    title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
-    return f"{title}\n{what}" if title else what
+    return under_title(scene.title, what, WIDTH)
 
 
 # -- panels ------------------------------------------------------------------------------------------------------------

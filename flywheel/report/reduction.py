@@ -30,6 +30,7 @@ from flywheel.report.formulas import Quantity, index
 from flywheel.report.positions import Sheet, branch_of, renamed, sheet, unit_text
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
+from flywheel.tables.rows import largest_parts
 from flywheel.tables.scene import load_number, part_name
 
 _NO_SHARE = 1e-3  # of the largest: a smaller share is not shown at an angle
@@ -344,7 +345,8 @@ def _inertia_over_cycle(
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
     symbol, by = ("m*", "x") if at.sliding else ("I*", "φ")
-    columns = _columns({part_name(at.scene, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
+    parts = {part_name(at.scene, name): state.inertia_parts[name] for name in bodies}
+    columns = largest_parts({name: part for name, part in parts.items() if np.any(part)}, _("others"), _MOST_COLUMNS - 2)
     head = (head_of(at), *columns, f"{symbol}, {unit}", f"d{symbol}/d{by}, {per}")
     values = (*columns.values(), state.inertia, state.slope)
     rows = rows_of(at, phi, list(values))
@@ -399,16 +401,6 @@ def _turning_point(at: StepsAt, fine: Array, k: int) -> float:
 
     smooth = k not in (0, fine.size - 1) and slope(low) * slope(high) < 0.0
     return root(slope, low, high) if smooth else float(fine[k])
-
-
-def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:
-    """Columns of a table: all parts, or the largest ones and the sum of the others."""
-    some = {name: part for name, part in parts.items() if np.any(part)}
-    if len(some) <= most:
-        return dict(some)
-    largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: most - 1]
-    kept = {name: part for name, part in some.items() if name in largest}
-    return kept | {_("others"): np.sum([part for name, part in some.items() if name not in largest], axis=0)}
 
 
 def _fine(at: StepsAt) -> Array:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from flywheel.language import number, use
 from flywheel.language import text as _
+from flywheel.numerics.cells import Array
 from flywheel.numerics.units import MOST, certain_digits, columns, figure
 from flywheel.sizing.findings import FULL, rows_of
 from flywheel.sizing.results import Sizing
@@ -183,6 +184,7 @@ SYSTEMS: Mapping[str, TradeUnits] = MappingProxyType({system.name: system for sy
 
 
 WIDTH = 100
+PICTURE_TITLE = 90  # letters
 RPM = 9.549296585513721  # rad/s -> rev/min
 NOTHING = 1e-12  # an irregularity that rounding makes
 DEGREES = 57.29577951308232
@@ -213,6 +215,13 @@ def figures(sizing: Sizing) -> Iterator[Row]:
 def paragraphs(blocks: Iterable[Iterable[str]]) -> str:
     """Blocks of lines as a text, an empty line between two of them; those without a line are left out."""
     return "\n\n".join("\n".join(lines) for lines in map(list, blocks) if lines) + "\n"
+
+
+def under_title(title: str | None, what: str, width: int = PICTURE_TITLE) -> str:
+    """A headline of what was solved, below the scene's title where it has one, cut to a width."""
+    line = " ".join(printable(title or "").split())
+    line = line if len(line) <= width else line[: width - 1] + "…"
+    return f"{line}\n{what}" if line else what
 
 
 def printable(text: str) -> str:
@@ -260,6 +269,23 @@ def irregularity_in_words(eps: float, error: float = 0.0) -> str:
     """
     deviation, steadiness = percent_and_steadiness(eps, error, 6)
     return f"{irregularity(eps, error)} ({deviation} %, steadiness {steadiness})"
+
+
+MOST_PARTS = 8
+"""Parts of a sum that a picture shows by name, with the sum of the others."""
+
+
+def largest_parts(parts: Mapping[str, Array], others: str, most: int = MOST_PARTS) -> dict[str, Array]:
+    """Parts of a sum by name, in their order: all, or the largest ones and, under the name `others`, the sum of the rest.
+
+    >>> largest_parts({"rod": np.array([1.0]), "slider": np.array([-3.0]), "crank": np.array([0.5])}, "others", 2)
+    {'slider': array([-3.]), 'others': array([1.5])}
+    """
+    if len(parts) <= most:
+        return dict(parts)
+    largest = sorted(parts, key=lambda name: -float(np.abs(parts[name]).max()))[: most - 1]
+    rest = [part for name, part in parts.items() if name not in largest]
+    return {name: part for name, part in parts.items() if name in largest} | {others: np.sum(rest, axis=0)}
 
 
 def or_unknown(value: float, error: float, most: int = MOST) -> str:

@@ -40,9 +40,9 @@ from flywheel.tables.rows import (
     or_unknown,
     paragraphs,
     percent_and_steadiness,
-    printable,
     rpm,
     sentences,
+    under_title,
     wrapped,
 )
 from flywheel.tables.scene import scene_rows
@@ -455,9 +455,7 @@ def headline(sizing: Sizing) -> str:
     else:
         inertia = figure(wheel.exact or 0.0, inertia_error(sizing), 6)
         what = f"flywheel {inertia} kg m² on {wheel.on} for {requirement}, {speed}"
-    title = " ".join(printable(scene.title or "").split())
-    title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
-    return f"{title}\n{what}" if title else what
+    return under_title(scene.title, what, WIDTH)
 
 
 def remarks(sizing: Sizing) -> tuple[Remark, ...]:
