@@ -60,7 +60,7 @@ def test_the_curve_is_kinetostatics_with_its_corners_where_a_normal_force_or_a_r
     assert (expected < 0.0).all()
     corners = np.array(curve.breakpoints)
     sides = [joint_forces(rough(), corners + d, speed=W).mechanisms["linkage"] for d in (-1e-8, 1e-8)]
-    before, after = (np.sign([values for values, _ in joint_friction._deciding([(1.0, result)])]) for result in sides)
+    before, after = (np.sign(joint_friction._rows([(1.0, result)])[0]) for result in sides)
     assert corners.size >= 2
     assert (before != after).any(axis=0).all()
     state = flywheel.reduce(rough(), np.linspace(0.0, 6.0, 9))
