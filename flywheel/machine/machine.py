@@ -384,7 +384,7 @@ class Machine:
         at_ends = any(angle <= near or angle >= self.scene.cycle - near for _, angle in switches)
         return self.scene.stroke is None and bool(at_ends or self._branching[0])
 
-    @property
+    @cached_property
     def _branching(self) -> NDArray[np.bool_]:
         """Tests at which breakpoints a branch of a load's expression changes, also where a cell ends for resolution."""
         edges, changes = self.breakpoints, np.zeros(self.breakpoints.size, dtype=bool)

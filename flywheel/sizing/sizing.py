@@ -562,12 +562,9 @@ def _wheel(
     hub = rim.bore is not None or rim.hub_diameter is not None
     armed = rim.shape == ARMS or (rim.shape == LIGHTEST and hub)
     if armed and rim.torque is None and regime is not None and run is not None:
-        # the greatest |alpha| (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)
-        cycle = run.cycle or regime.cycle
-        phi = cycle.mesh.phi
-        omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi)
-        moment, slope, reduced = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
-        series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + reduced))
+        phi = (run.cycle or regime.cycle).mesh.phi
+        omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, phi)
+        series = cells.fit(turning_moment.acceleration_over_cycle(regime.cycle, run, phi, omega))
         rim = rim._replace(torque=inertia * ratio * max(cells.greatest(series), cells.greatest(-series)))
     wheel = choose(inertia, ratio * (speed if rim.at == MEAN else greatest), rim)
     torque, on_crank = None if wheel.body.arms is None else rim.torque, wheel.inertia * ratio**2
