@@ -102,6 +102,7 @@ def test_a_mode_has_strokes_and_states_of_its_own():
     assert [str(s) for s in state_equations(closed).states] == ["p_J1"]
 
 
+@pytest.mark.slow
 def test_a_clutch_of_the_speed_closes_where_it_is_reached():
     run = simulate(clutch(lambda f_a, f_b, t: (f_a + 10.0 * f_b > 0.75) | (t > 9.0)), 0.6)
     assert_allclose([e.time for e in run.events], [0.5], rtol=1e-9)
@@ -132,6 +133,7 @@ def rectifier(load=5.0):
     return b.build()
 
 
+@pytest.mark.slow
 def test_a_diode_rectifier_conducts_where_its_voltage_leads():
     run = simulate(rectifier(), 10.0, rtol=1e-9)
     state, t, times, conducts = [0.0], 0.0, [], True

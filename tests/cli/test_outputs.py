@@ -396,7 +396,7 @@ def test_a_mechanism_alone_is_moved_per_unit_of_its_driver(motion_scene):
     assert max(map(len, every.splitlines())) <= 110
 
 
-@pytest.mark.parametrize("name", ["linkages/six_bar", "machines/pump", "machines/injection_clamp"])
+@pytest.mark.parametrize("name", sample(("linkages/six_bar", "machines/injection_clamp", "machines/pump"), 2))
 def test_a_motion_without_names_fits_a_screen_with_the_extremes_of_its_ports(name):
     lines = run_motion(Path(__file__).parents[2] / "examples" / f"{name}.toml").stdout.splitlines()
     assert len(lines) <= 24
@@ -524,7 +524,7 @@ def test_animate_writes(yoke_scene: Path, tmp_path: Path) -> None:
     assert path.read_bytes()[:6] == b"GIF89a"
 
 
-@pytest.mark.parametrize(("command", "name"), [("draw", "a.png"), ("animate", "a.gif")])
+@pytest.mark.parametrize(("command", "name"), sample([("draw", "a.png"), ("animate", "a.gif")], 2))
 def test_pictures_take_plot_as_all_commands_do(command: str, name: str, yoke_scene: Path, tmp_path: Path) -> None:
     frames = ["--frames", "2"] if command == "animate" else []
     for option in ("-o", "--output", "--plot"):
@@ -656,6 +656,7 @@ def test_at_an_angle_in_spanish_with_a_picture(tmp_path):
     assert "Flujo de potencia con la manivela a 300°" in drawn
 
 
+@pytest.mark.slow
 def test_a_sizing_in_spanish_has_its_figures_in_spanish(tmp_path):
     picture = tmp_path / "size.svg"
     compressor = Path(PUNCH).parents[1] / "drive_lines" / "compressor.toml"

@@ -802,6 +802,7 @@ def test_faults_of_choices():
     assert "cheese" in result.alternatives[1].reason
 
 
+@pytest.mark.slow
 def test_the_command_chooses_whole_numbers_texts_and_motors(tmp_path):
     scene, table = tmp_path / "rotor.toml", tmp_path / "motors.csv"
     table.write_text(
@@ -863,6 +864,7 @@ def test_a_choice_that_is_worse_in_everything_has_no_design_in_the_front(jobs):
     assert result.searches == 2 * (2 + 1)
 
 
+@pytest.mark.slow
 def test_three_figures_and_limits_of_a_front():
     over = {"load.0.to": (1.0, 2.0), "flywheel.irregularity": (0.01, 0.03)}
     options = {"over": over, "points": 2, "samples": 4, "starts": 1, "subject_to": {"power": (None, 800.0)}}

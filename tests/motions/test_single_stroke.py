@@ -271,7 +271,7 @@ def test_a_stroke_that_is_looked_for_beside_another_is_the_same(irregularity):
         assert beside.error[name] <= 1.5e-4 * abs(beside.figures[name])  # 1.5 times those of the other stroke
 
 
-@pytest.mark.parametrize("sized", [False, True])
+@pytest.mark.parametrize("sized", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_rate_that_a_slider_changes_takes_few_more_strokes(sized, monkeypatch):
     """The recovery alone is followed anew for Newton's first step; the slopes are the neighbour's."""
     flywheel_of = {"on": "wheel", "irregularity": 0.3} if sized else {"on": "wheel", "inertia": J_WHEEL}
@@ -306,7 +306,7 @@ def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     assert given.motor_torque_peak / 14.0 == pytest.approx(result.limits["motor_torque"].reached, rel=1e-6)
 
 
-@pytest.mark.parametrize("inertia", [3.0, 10.0])
+@pytest.mark.parametrize("inertia", [3.0, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_the_error_of_a_flywheel_allows_for_a_limit_that_hardly_depends_on_it(inertia):
     """From 10 to 15 kg m² the motor's rms torque changes by 0.04 %: its error of 1e-6 is one of 3 % of the inertia's."""
     motor = {"type": "line", "power": 2 * 7.0 * 33.0, "speed": "33 rad/s", "no_load_speed": "40 rad/s"}
@@ -427,8 +427,8 @@ def test_a_limit_that_every_flywheel_keeps_decides_on_none():
     [
         ({"overcurrent": 1.3}, ["overcurrent", "overvoltage"]),
         ({"braking": "resistor", "chopper_power": "150 W"}, ["chopper_power"]),
-        ({"braking": "resistor", "chopper_power": "2 kW"}, []),
-        ({"braking": "regenerative"}, []),
+        pytest.param({"braking": "resistor", "chopper_power": "2 kW"}, [], marks=pytest.mark.slow),
+        pytest.param({"braking": "regenerative"}, [], marks=pytest.mark.slow),
     ],
 )
 def test_an_inverter_trips_where_current_or_returned_power_is_greatest(more, kinds):
@@ -661,6 +661,7 @@ def test_a_stroke_that_fails_because_the_motor_does_not_keep_the_rate_has_the_ra
     flywheel.single_stroke(weak.with_({"single_stroke.rate": f"{0.9 * most} 1/min"}), 1e-4, rates=False)
 
 
+@pytest.mark.slow
 def test_a_rate_that_the_motor_does_not_keep_is_refused_with_one_that_it_keeps():
     weak = rotor(drive__torque="0.05*(40 - omega)")
     with pytest.raises(SceneError, match=r"at most about [\d.]+ strokes a minute, or a stronger motor") as refused:
