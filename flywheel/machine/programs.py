@@ -678,7 +678,10 @@ def recorded(
 
 
 def _on_record(scene: Scene, recorder: Recorder) -> Scene:
-    """A scene with the numbers in its loads' expressions on record, so that nothing is calculated with them beforehand."""
+    """A scene with the numbers in its loads' expressions on record, so that nothing is calculated with them beforehand.
+
+    What decides a branch by a velocity is taken at the place itself: a walk has one anchor for a whole piece.
+    """
 
     def lifted(node: expressions.Node) -> expressions.Node:
         if node.op == "number" and not is_recorded(node.number) and node.number != int(node.number):
@@ -688,10 +691,48 @@ def _on_record(scene: Scene, recorder: Recorder) -> Scene:
 
     def changed(load: Load) -> Load:
         law = load.law
-        return load._replace(law=Expression(law.text, lifted(law.tree))) if isinstance(law, Expression) else load
+        return (
+            load._replace(law=Expression(law.text, lifted(_decided_here(law.tree)))) if isinstance(law, Expression) else load
+        )
 
     drive = None if scene.drive is None else changed(scene.drive)
     return replace(scene, loads=tuple(map(changed, scene.loads)), drive=drive)
+
+
+def _decided_here(node: expressions.Node) -> expressions.Node:
+    """The tree with every branch that a speed and a position decide together decided where the tree is evaluated."""
+    node = node._replace(args=tuple(map(_decided_here, node.args)))
+    names = {inner.name for inner in expressions.walk(node) if inner.name}
+    if node.op not in ("compare", "abs", "sign", "min", "max", "atan2") or not names & {"omega", "v"} or names == {"omega"}:
+        return node
+    zero, one = expressions.numeral(0.0), expressions.ONE
+    sides = node.args if node.op in ("compare", "min", "max") else (node.args[0], zero)
+    if len(sides) == 2 and any(_is_multiple(side) and _is_nothing(other) for side, other in (sides, sides[::-1])):
+        return node  # by the sign of v alone
+
+    def when(sign: str, yes: expressions.Node, no: expressions.Node) -> expressions.Node:
+        test = expressions.Node("compare", sides, signs=(sign,))
+        return expressions.Node("if", (expressions.Node("here", (test,)), yes, no))
+
+    if node.op == "atan2":
+        raise UnrecordedError("the angle of a velocity, by atan2")
+    if node.op == "compare":
+        return expressions.Node("here", (node,))
+    if node.op == "abs":
+        return when(">", sides[0], expressions.Node("neg", sides[:1]))
+    if node.op == "sign":
+        return when(">", one, when("<", expressions.Node("neg", (one,)), zero))
+    return when("<=" if node.op == "min" else ">=", *sides)
+
+
+def _is_nothing(node: expressions.Node) -> bool:
+    return node.op == "number" and not is_recorded(node.number) and node.number == 0.0
+
+
+def _is_multiple(node: expressions.Node) -> bool:
+    """Tests whether a tree is v times numbers: its sign is that of v, or the opposite one."""
+    varying = [arg for arg in node.args if arg.op != "number"]
+    return node.name == "v" or (node.op in ("neg", "product") and len(varying) == 1 and _is_multiple(varying[0]))
 
 
 def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:
@@ -709,11 +750,13 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     if len(recorder.guards) > _MOST_GUARDS:
         raise UnrecordedError("tables are too long, and move with what varies")
     walks: dict[int, StretchWalk] = {}
+    anchors: dict[int, Any] = {}
     stretches = []
     for low, high in pairwise(plain_marks.tolist()):
         k = int(np.searchsorted(twin.breakpoints, 0.5 * (low + high))) - 1
         if k not in walks:
-            walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
+            anchors[k] = _anchor(recorder, pieces[k], pieces[k + 1])
+            walks[k] = _walk(machine, recorder, phi, anchors[k])
         stretches.append(walks[k])
     drive, nothing = scene.drive, float("nan")
     torque = nothing if drive is None or isinstance(drive.law, Expression | Table | None) else drive.law
@@ -735,10 +778,17 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     if not machine.sets_its_speed:
         return structure
     own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
-    rates = {id(walks[k]): _rate(machine, recorder, phi, *at, 0.5 * (pieces[k] + pieces[k + 1])) for k in walks}
+    rates = {id(walk): _rate(machine, recorder, phi, *at, anchors[k]) for k, walk in walks.items()}
     moving = {id(walk): walk._replace(rate=rates[id(walk)]) for walk in walks.values()}
     walks_of_all = tuple(moving[id(walk)] for walk in stretches)
     return replace(structure, walks=walks_of_all, conditions=recorder.conditions(own))
+
+
+def _anchor(recorder: Recorder, low: Any, high: Any) -> Any:
+    """The middle of a piece; for numbers without rounding one of few digits, on record, so that its functions are, too."""
+    middle = 0.5 * (low + high)
+    short = float(f"{present(middle):.9g}")
+    return recorder.node(short) if recorder.exact and low < short and short < high else middle
 
 
 def _rate(

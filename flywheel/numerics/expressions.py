@@ -36,7 +36,7 @@ COMPARISONS = {
     "==": "equal",
     "!=": "not_equal",
 }
-BOOLEAN = frozenset({"compare", "and", "or", "not"})
+BOOLEAN = frozenset({"compare", "and", "or", "not", "here"})
 
 
 class Node(NamedTuple):
@@ -89,20 +89,18 @@ def value(node: Node, at: At) -> Any:
 
 
 def truth(node: Node, at: At) -> Any:
-    """Truth value of a tree where its switches are decided; a number is true when it is not zero."""
-    place = at if at.anchor is None else at.anchor
-    ns = place.ns
+    """Truth value of a tree where its switches are decided: at the anchor, but for `here`; of a number, that it is not 0."""
+    place, ns = at if at.anchor is None else at.anchor, at.ns
     if node.op == "compare":
         members = [value(arg, place) for arg in node.args]
-        links = (
-            getattr(ns, COMPARISONS[sign])(left, right)
-            for sign, left, right in zip(node.signs, members, members[1:], strict=False)
-        )
-        return reduce(ns.logical_and, links)
+        pairs = zip(node.signs, members, members[1:], strict=False)
+        return reduce(ns.logical_and, (getattr(ns, COMPARISONS[sign])(left, right) for sign, left, right in pairs))
     if node.op in ("and", "or"):
-        return reduce(ns.logical_and if node.op == "and" else ns.logical_or, [truth(arg, place) for arg in node.args])
+        return reduce(ns.logical_and if node.op == "and" else ns.logical_or, [truth(arg, at) for arg in node.args])
     if node.op == "not":
-        return ns.logical_not(truth(node.args[0], place))
+        return ns.logical_not(truth(node.args[0], at))
+    if node.op == "here":
+        return truth(node.args[0], At(at.values, ns, at))
     return ns.not_equal(value(node, place), 0.0)
 
 
