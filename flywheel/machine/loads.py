@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bondgraph.elements import Here
 from bondgraph.recording import Recorded
 from flywheel.numerics import cells
-from flywheel.numerics.cells import Cells
+from flywheel.numerics.cells import Cells, table_pieces
 from flywheel.numerics.expressions import Expression, unit_text, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -51,61 +51,6 @@ class Senses(NamedTuple):
     def at(self, phi: Any) -> Any:
         """The sign at crank angles phi."""
         return self.signs[np.searchsorted(self.dead_centres, phi)]
-
-
-def table_pieces(angle: NDArray[Any], value: NDArray[Any], interpolation: str) -> tuple[NDArray[Any], NDArray[Any]]:
-    """The polynomials of a table: their left ends (pieces,) and their coefficients (powers, pieces), highest power first.
-
-    Args:
-        angle: the rows' angles (rows,), two equal ones for a jump: floats, or numbers of another kind as objects.
-        value: the rows' values (rows,).
-        interpolation: "linear", "step", or "pchip": cubics between jumps that overshoot nowhere.
-
-    Source: F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci.
-    Stat. Comput. 5 (1984), for the slopes of pchip.
-
-    >>> table_pieces(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 0.0]), "linear")
-    (array([0., 1.]), array([[ 2., -1.],
-           [ 0.,  2.]]))
-
-    """
-    starts, polynomials = [], []
-    jumps = np.flatnonzero(np.diff(angle) == 0) + 1
-    for x, y in zip(np.split(angle, jumps), np.split(value, jumps), strict=True):
-        if x.size == 1:
-            continue
-        starts.append(x[:-1])
-        step, rise = np.diff(x), np.diff(y)
-        rows = [0 * rise if interpolation == "step" else rise / step, y[:-1]]
-        if interpolation == "pchip" and x.size > 2:
-            slope, ends = rows[0], _monotone_slopes(step, rows[0])
-            bend = ends[:-1] + ends[1:] - 2 * slope
-            rows = [bend / step**2, (slope - ends[:-1] - bend) / step, ends[:-1], y[:-1]]
-        polynomials.append(np.stack(rows))
-    most = max(map(len, polynomials))
-    padded = [np.concatenate((np.zeros((most - len(rows), rows.shape[1]), int), rows)) for rows in polynomials]
-    return np.concatenate(starts), np.concatenate(padded, axis=1)
-
-
-def _monotone_slopes(step: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
-    """The slopes of pchip at the rows, from the widths of the pieces and the slopes of their chords."""
-    alike = _sign(slope[1:]) * _sign(slope[:-1]) > 0
-    early, late = (np.where(alike, each, 1) for each in (slope[:-1], slope[1:]))
-    first, last = 2 * step[1:] + step[:-1], step[1:] + 2 * step[:-1]
-    inner = np.where(alike, (first + last) / (first / early + last / late), 0 * early)
-    ends = []
-    for near, far, own, other in ((*step[:2], *slope[:2]), (*step[:-3:-1], *slope[:-3:-1])):
-        end = ((2 * near + far) * own - near * other) / (near + far)
-        if _sign(end) != _sign(own):
-            end = 0 * own
-        elif _sign(own) != _sign(other) and abs(end) > 3 * abs(own):
-            end = 3 * own
-        ends.append(end)
-    return np.concatenate((ends[:1], inner, ends[1:]))
-
-
-def _sign(number: Any) -> Any:
-    return 1 * (number > 0) - (number < 0)
 
 
 class TableCurve:

@@ -689,3 +689,62 @@ def multiplier(change: Changes) -> tuple[Any, Any]:
     largest = eigenvalues[np.argmax(np.abs(1.0 + eigenvalues))]
     size = float(np.abs(1.0 + largest))
     return size, float(-largest.real) if largest.imag == 0.0 and largest.real > -1.0 else 1.0 - size
+
+
+# -- tables --------------------------------------------------------------------------------------------------------------
+
+
+def table_pieces(place: NDArray[Any], value: NDArray[Any], interpolation: str) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The polynomials of a table: their left ends (pieces,) and their coefficients (powers, pieces), highest power first.
+
+    Args:
+        place: the rows' places (rows,), such as angles, ascending, two equal ones for a jump: floats, or other numbers as
+            objects.
+        value: the rows' values (rows,).
+        interpolation: "linear", "step", or "pchip": cubics between jumps that overshoot nowhere.
+
+    Source: F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci.
+    Stat. Comput. 5 (1984), for the slopes of pchip.
+
+    >>> table_pieces(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 0.0]), "linear")
+    (array([0., 1.]), array([[ 2., -1.],
+           [ 0.,  2.]]))
+
+    """
+    starts, polynomials = [], []
+    jumps = np.flatnonzero(np.diff(place) == 0) + 1
+    for x, y in zip(np.split(place, jumps), np.split(value, jumps), strict=True):
+        if x.size == 1:
+            continue
+        starts.append(x[:-1])
+        step, rise = np.diff(x), np.diff(y)
+        rows = [0 * rise if interpolation == "step" else rise / step, y[:-1]]
+        if interpolation == "pchip" and x.size > 2:
+            slope, ends = rows[0], monotone_slopes(step, rows[0])
+            bend = ends[:-1] + ends[1:] - 2 * slope
+            rows = [bend / step**2, (slope - ends[:-1] - bend) / step, ends[:-1], y[:-1]]
+        polynomials.append(np.stack(rows))
+    most = max(map(len, polynomials))
+    padded = [np.concatenate((np.zeros((most - len(rows), rows.shape[1]), int), rows)) for rows in polynomials]
+    return np.concatenate(starts), np.concatenate(padded, axis=1)
+
+
+def monotone_slopes(step: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
+    """The slopes of pchip at the rows, from the widths of the pieces and the slopes of their chords: two at least."""
+    alike = _sign(slope[1:]) * _sign(slope[:-1]) > 0
+    early, late = (np.where(alike, each, 1) for each in (slope[:-1], slope[1:]))
+    first, last = 2 * step[1:] + step[:-1], step[1:] + 2 * step[:-1]
+    inner = np.where(alike, (first + last) / (first / early + last / late), 0 * early)
+    ends = []
+    for near, far, own, other in ((*step[:2], *slope[:2]), (*step[:-3:-1], *slope[:-3:-1])):
+        end = ((2 * near + far) * own - near * other) / (near + far)
+        if _sign(end) != _sign(own):
+            end = 0 * own
+        elif _sign(own) != _sign(other) and abs(end) > 3 * abs(own):
+            end = 3 * own
+        ends.append(end)
+    return np.concatenate((ends[:1], inner, ends[1:]))
+
+
+def _sign(number: Any) -> Any:
+    return 1 * (number > 0) - (number < 0)

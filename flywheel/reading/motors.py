@@ -328,7 +328,10 @@ def _table(item: Item, folder: Path | None) -> Curve | None:
         return None
     inertia = item.fields.get("inertia", 0.0)  # an engine's curve of full load has none of its own
     speeds, torques = converted
-    return Curve(speeds=speeds, torques=torques, interpolation=item.fields["interpolation"], inertia=inertia)
+    texts = [item.fields[f"{name}_unit"] or "" for name in names]
+    written = tuple(tuple(f"{number} {text}" for number in column) for column, text in zip(columns, texts, strict=True))
+    own = {"interpolation": item.fields["interpolation"], "written": written, "inertia": inertia}
+    return Curve(speeds=speeds, torques=torques, **own)
 
 
 _DC_DATA = (("resistance", "constant"), ("power", "speed", "current"), ("power", "speed", "efficiency"))

@@ -358,9 +358,9 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     """Estimated errors by the key of the figure or of the block of figures; None for a missing figure.
 
     They are relative to the larger of the figure and its scale; those of angles are in rad. Scales: energy_fluctuation over
-    eps w² for inertias of flywheels, the work exchanged for works, the greatest I* for the reduced inertia; in `energy` the
-    work exchanged as a power or a torque. Errors of power, balance and coefficient of energy are relative to the
-    figure itself, unless that is no more than its error.
+    eps w² for inertias of flywheels, the work exchanged for works, the greatest I* for the reduced inertia, 1 for the
+    irregularity of a motion that does not vary; in `energy` the work exchanged as a power or a torque. Errors of power,
+    balance and coefficient of energy are relative to the figure itself, unless that is no more than its error.
     """
     error, cycle, scene, cyclic = sizing.error, sizing.cycle, sizing.scene, sizing.cyclic
     constant = sizing.constant or cycle  # the one of the areas

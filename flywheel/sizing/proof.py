@@ -20,14 +20,17 @@ from typing import Any
 
 import numpy as np
 from flint import arb_mat
+from numpy.typing import NDArray
 
 from bondgraph.recording import Program
-from flywheel.machine.loads import crank_angles, table_pieces
+from flywheel.components.motors.curves import Curve, curve_pieces
+from flywheel.machine.loads import crank_angles
 from flywheel.machine.machine import Machine
 from flywheel.machine.programs import StretchWalk, Structure, UnrecordedError, recorded
 from flywheel.mechanisms.law import about_edges, spans, spline_curve
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, rational
+from flywheel.numerics.cells import table_pieces
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.implicit import zero_near
 from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
@@ -107,6 +110,9 @@ def _refusal(scene: Scene) -> str:
         return "a cam's follower, whose lift is a law in pieces"
     if any(isinstance(load.law, Table) and not load.law.written.size for load in _acting(scene)):
         return "a table that was not read has no numbers as written"
+    curve = None if scene.motor is None else scene.motor.curve
+    if curve is not None and not curve.written:
+        return "a motor's curve that was not read has no numbers as written"
     return ""
 
 
@@ -244,6 +250,9 @@ def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Ma
         for output in mechanism.outputs:
             if isinstance(output.law, Table):
                 _of_spline(output.law, mechanism.period, stands)
+    motor = machine.scene.motor
+    if motor is not None and motor.curve is not None:
+        _of_curve(motor.curve, stands)
     for load, place in ((effort.load, effort.place) for effort in machine.efforts):
         table = load.law if isinstance(load.law, Table) else None
         if table is not None:
@@ -274,6 +283,16 @@ def _of_table(table: Table, every: float, stands: Callable[[float, Any], None]) 
     for here, there in zip((table.angle, *floats), (angles, *exact), strict=True):
         for number, row in zip(here.ravel().tolist(), there.ravel().tolist(), strict=True):
             stands(number, _with_pi(*row.as_integer_ratio()))
+
+
+def _of_curve(curve: Curve, stands: Callable[[float, Any], None]) -> None:
+    """Notes of what the numbers of the pieces of a motor's curve are the floats."""
+    columns = np.array(curve.speeds), np.array(curve.torques)
+    speeds, torques = _as_read(_fractions(curve.written), columns, "a motor's curve that is not taken as it is written")
+    exact = curve_pieces(speeds, torques, curve.interpolation)
+    for here, there in zip(curve_pieces(*columns, curve.interpolation), exact, strict=True):
+        for number, row in zip(here, there, strict=True):
+            stands(float(number), _with_pi(*Fraction(row).as_integer_ratio()))
 
 
 def _of_spline(table: Table, period: float, stands: Callable[[float, Any], None]) -> None:
@@ -308,12 +327,22 @@ def _of_spline(table: Table, period: float, stands: Callable[[float, Any], None]
 
 def _rows(table: Table, every: float) -> list[Any]:
     """The rows of a table as they are written, angles (rad) and values."""
-    rows = [np.array([Fraction(*exact_ratio(text, None)) for text in column.tolist()]) for column in table.written]
+    rows = _fractions(table.written.tolist())
     if abs(float(table.angle[-1] - table.angle[0]) - every) <= _READ * every:  # it was put onto its period
         rows[0][-1] = rows[0][0] + balls.share_of_pi(every) * Fraction(*exact_ratio("180 deg", "angle"))
-    for number, row in zip(np.concatenate((table.angle, table.value)).tolist(), np.concatenate(rows), strict=True):
+    return _as_read(rows, (table.angle, table.value), "a table whose ends are put where its load begins or ends")
+
+
+def _fractions(written: Iterable[Sequence[str]]) -> list[Any]:
+    """Columns of numbers with units, in SI, as they are written."""
+    return [np.array([Fraction(*exact_ratio(text, None)) for text in column]) for column in written]
+
+
+def _as_read(rows: list[Any], columns: tuple[NDArray[Any], ...], reason: str) -> list[Any]:
+    """The rows, if the columns are their floats; else there is no proof, for the reason."""
+    for number, row in zip(np.concatenate(columns).tolist(), np.concatenate(rows), strict=True):
         if abs(Fraction(number) - row) > _READ * abs(row):
-            raise UnprovenError("a table whose ends are put where its load begins or ends")
+            raise UnprovenError(reason)
     return rows
 
 

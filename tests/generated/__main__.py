@@ -4,7 +4,8 @@
 
 Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of duties, strokes, models of a stroke, steps
 of a start, friction in joints, limits of heat and current, in a numbering of their own, with `--strokes` those of machines
-with clutch and brake, with `--rounded` those with the numbers of a textbook, some of which cannot be assembled. Every
+with clutch and brake, with `--rounded` those with the numbers of a textbook, some of which cannot be assembled. On the
+route `proof` proven intervals are compared with the figures of the sizing. Every
 defect is printed with its number, and makes the exit code 1; `--only N` draws one scene, prints it and all that is said of
 it.
 """
@@ -19,7 +20,7 @@ import time
 from typing import Any
 
 from tests.generated import identities
-from tests.generated.judging import DEFECTS, ROUTES, Verdict, judged
+from tests.generated.judging import DEFECTS, PROOF, ROUTES, Verdict, judged
 from tests.generated.rounded import rounded
 from tests.generated.scenes import drawn
 from tests.generated.special import special
@@ -42,7 +43,7 @@ def table(verdicts: list[Verdict], scenes: int, seconds: float) -> str:
     """Table of scenes a minute, and their outcomes by route."""
     outcomes = ("right", "refused", "undecided", *DEFECTS)
     lines = [f"{scenes} scenes in {seconds:.0f} s, {60 * scenes / max(seconds, 1e-9):.0f} a minute"]
-    routes = [r for r in ("load", *ROUTES) if any(v.route == r for v in verdicts)]
+    routes = [r for r in ("load", *ROUTES, PROOF) if any(v.route == r for v in verdicts)]
     routes += sorted({v.route for v in verdicts} - set(routes))
     wide = max(map(len, routes), default=0) + 1
     lines.append(f"{'':{wide}}" + "".join(f"{name:>11}" for name in outcomes))
@@ -62,7 +63,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="scenes 1000000 SEED and those that follow")
     parser.add_argument("--scenes", type=int, default=100, help="number of scenes")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--routes", nargs="+", choices=ROUTES, default=ROUTES, help="what each scene is tried on")
+    parser.add_argument("--routes", nargs="+", choices=(*ROUTES, PROOF), default=ROUTES, help="what each scene is tried on")
     parser.add_argument("--special", action="store_true", help="scenes of what meets the rest more seldom; on all routes")
     parser.add_argument("--strokes", action="store_true", help="scenes with clutch and brake")
     parser.add_argument("--rounded", action="store_true", help="scenes whose angles, ratios and laws coincide")

@@ -37,6 +37,7 @@ CYCLE = 1e-9  # what it is good to over a single cycle
 _OUT_OF_STEP = "out of step"
 REPEATS = 7  # of a sizing by the same machine
 ROUTES = ("size", "rest", "down", "both", "regime")
+PROOF = "proof"  # a route of its own: it takes the extra of that name, and as long as all others
 DEFECTS = ("wrong", "untrue", "broken", "late")
 Scene = dict[str, Any]
 
@@ -129,7 +130,7 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     wheel = scene["flywheel"]
     inertia = wheel.get("inertia", float(f"{0.3 * case.inertia / case.speed(wheel.get('on', 'crank')) ** 2:.4g}"))
     sized: Any = None
-    if "size" in routes or "regime" in routes:
+    if {"size", "regime", PROOF} & {*routes}:
         verdict, sized = _sized(case, loaded.value)
         result.append(verdict)
     balance = 0.0 if sized is None or sized.balance is None else float(f"{sized.balance.value:.4g}")
@@ -144,6 +145,8 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     result += [followed(scene, loaded.value, route, plan) for route, plan in plans.items() if route in routes]
     if "regime" in routes and sized is not None:
         result.append(_kept(scene, loaded.value, sized))
+    if PROOF in routes and sized is not None:
+        result.append(_in_intervals(loaded.value, sized))
     return result
 
 
@@ -721,3 +724,34 @@ def _kept(scene: Scene, loaded: Any, sizing: Any) -> Verdict:
             answer.seconds,
         )
     return Verdict("regime", "right", "", answer.seconds)
+
+
+_OF_ERRORS = {
+    **dict.fromkeys(("reduced_inertia.min", "reduced_inertia.max"), "reduced_inertia"),
+    **dict.fromkeys(("simulation.speed_max", "simulation.speed_min"), "extreme_speeds"),
+    "balance.value": "balance",
+}
+
+
+def _in_intervals(loaded: Any, sizing: Any) -> Verdict:
+    """Proven intervals, calculated over balls, meet the figures of the sizing, each within its error."""
+    answer = answered(lambda: flywheel.size(loaded, accuracy="proof").proof)
+    if answer.value is None:
+        return Verdict(PROOF, answer.outcome or "untrue", answer.detail or answer.refusal, answer.seconds)
+    figures, cycle = sizing.as_dict(), sizing.constant or sizing.cycle
+    scales = {"accumulated_max": cycle.exchanged, "accumulated_min": cycle.exchanged, "energy_fluctuation": cycle.exchanged}
+    scales |= {"reduced_inertia.min": figures["reduced_inertia"]["max"]}
+    scales |= {} if sizing.run is None or sizing.run.irregularity else {"simulation.irregularity": 1.0}
+    swings = (figures["flywheel"].get(name) or 0.0 for name in ("approximate_total", "inertia_torque"))
+    wheel, off = max(swings), []
+    for key, (low, high) in answer.value.figures.items():
+        block, _, name = key.rpartition(".")
+        figure = (figures[block] or {}).get(name) if block else figures[name]
+        error = figures["error"][_OF_ERRORS.get(key, name)]
+        if figure is None or error is None:
+            continue
+        slack = (error + 4e-16) * max(abs(figure), wheel if block == "flywheel" else scales.get(key, 0.0))
+        if not low - slack <= figure <= high + slack:
+            off.append(f"{key} {figure:.17g}, error {slack:.1e}, lies in [{low:.17g}, {high:.17g}]")
+    outcome = "wrong" if off else "right" if answer.value.figures else "refused"
+    return Verdict(PROOF, outcome, "; ".join(off) or answer.value.reason, answer.seconds)

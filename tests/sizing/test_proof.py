@@ -914,6 +914,111 @@ def test_a_damper_of_the_square_of_a_velocity_that_reverses_is_proven() -> None:
     assert low * (1 - 1e-9) <= result.speed <= high * (1 + 1e-9)
 
 
+@pytest.mark.parametrize(
+    "force",
+    sample(
+        [
+            "-3000*max(0, v/1.6 - 0.5)",
+            "-300*max(0, v*abs(sin(phi)) - 0.4)",
+            "-60*abs(abs(v) - 0.5)",
+            "-100*max(v, 0.7)",
+            "-100*max(0, min(v, 0.9) - 0.2)",
+            "-400*max(0, -2*v)",
+            "-40*abs(v*x - 0.01)",
+            "-300*max(omega - 5*phi, 0)",
+            "-90*(v > 0) + 20*(v < 0)",
+        ],
+        3,
+    ),
+)
+def test_a_branch_that_a_velocity_decides_is_taken_where_the_velocity_is(force: str) -> None:
+    """One anchor serves a whole piece, within which a velocity passes its limit."""
+    mechanism = {**PRESS["mechanism"], "crank": {"length": 0.1}, "slider": {"mass": 3}}
+    scene = {"mechanism": mechanism, "load": [{"on": "slider", "force": force}], "drive": {"torque": "900 - 20*omega"}}
+    result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 3}}), 1e-12, accuracy="proof")
+    assert result.proof is not None
+    for name, mine in (("speed", result.speed), ("simulation.irregularity", result.run.irregularity)):
+        low, high = result.proof.figures[name]
+        assert high - low <= WIDEST * high
+        assert low * (1 - 1e-11) <= mine <= high * (1 + 1e-11)
+
+
+@pytest.mark.parametrize("force", ["-300*v*(v > 0.8)", "-80 if v < 0.5 else -60"])
+def test_a_torque_that_jumps_at_a_velocity_is_refused_as_such(force: str) -> None:
+    scene = {**PRESS, "load": [{"on": "slider", "force": force}], "drive": {"torque": "900 - 20*omega"}, "regime": {}}
+    result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
+    assert result.proof is not None
+    assert (result.proof.figures, result.proof.reason[:33]) == ({}, "a torque that may jump at a speed")
+
+
+PLATE = {
+    "type": "induction",
+    "power": "7.5 kW",
+    "speed": "1450 rpm",
+    "poles": 4,
+    "frequency": "50 Hz",
+    "breakdown_ratio": 2.5,
+}
+MAINS = {"voltage": "400 V", "current": "15 A", "power_factor": 0.83}
+SERVO = {
+    "type": "servo",
+    "speed": 170,
+    "torque": 60,
+    "set_speed": 160,
+    "droop": 0.05,
+    "peak_torque": 200,
+    "corner_speed": 130,
+}
+HYDRAULIC = {"type": "hydraulic", "displacement": "164 cm^3", "flow": "6 l/s", "pressure": "70 bar", "override": 0.1}
+ROWS = {"speed": [0, 500, 1000, 1400, 1570], "speed_unit": "rpm", "torque": [100, 110, 130, 90, 0]}
+MOTORS: dict[str, dict[str, Any]] = {
+    "line": {"type": "line", "power": "7 kW", "speed": "1450 rpm", "no_load_speed": "1500 rpm"},
+    "dc": {"type": "dc", "power": "7.5 kW", "speed": "1450 rpm", "voltage": "400 V", "efficiency": 0.9},
+    "induction": PLATE,
+    "induction by its starting torque": {**PLATE, **MAINS, "starting_torque": 2.2, "starting_current": 6.5},
+    "inverter": {**PLATE, "inverter": {"frequency": "40 Hz"}},
+    "inverter with a limit": {**PLATE, "inverter": {"frequency": "40 Hz", "torque_limit": 1.5, "ramp": 10}},
+    "weakened field": {**PLATE, "inverter": {"frequency": "60 Hz", "torque_limit": 1.5}},
+    "servo": {**SERVO, "maximum_speed": 230, "standstill_torque": 90, "efficiency": 0.9},
+    "engine": {"type": "engine", "speed": 150, "torque": 60, "droop": 0.05, "braking_torque": 20},
+    "engine by rows": {"type": "engine", "speed": 150, "droop": 0.05, "full_load": {**ROWS, "interpolation": "pchip"}},
+    "hydraulic": {**HYDRAULIC, "volumetric_efficiency": 0.9, "mechanical_efficiency": 0.93},
+    "rows": {"type": "table", **ROWS},
+    "rows of a smooth curve": {"type": "table", **ROWS, "interpolation": "pchip"},
+}
+
+
+def driven(motor: dict[str, Any], torque: str = "-40 - 55*sin(phi)") -> Any:
+    scene = {"inertia": [{"on": "crank", "value": 0.4}], "load": [{"on": "crank", "torque": torque}]}
+    return flywheel.load({**scene, "drive": {"motor": motor}, "flywheel": {"inertia": 0.2}})
+
+
+@pytest.mark.parametrize("name", sample(MOTORS, 3))
+def test_the_motion_with_every_motor_without_states_is_proven(name: str) -> None:
+    result = flywheel.size(driven(MOTORS[name]), 1e-12, accuracy="proof")
+    assert result.proof is not None
+    for key, mine in (("speed", result.speed), ("simulation.irregularity", result.run.irregularity)):
+        low, high = result.proof.figures[key]
+        assert high - low <= WIDEST * high
+        assert low * (1 - 1e-11) <= mine <= high * (1 + 1e-11)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "pchip"])
+def test_rows_of_a_motor_are_proven_as_they_are_written(interpolation: str) -> None:
+    """The same curve in other units has an interval in common; a torque one digit higher in the 14th place has none."""
+    rows = {"type": "table", "speed": [0.1, 50.3, 104.7, 146.6, 164.4], "torque": [101.3, 110.7, 130.1, 90.3, 0.7]}
+    others = {"speed": [0.0001, 0.0503, 0.1047, 0.1466, 0.1644], "torque": [10130, 11070, 13010, 9030, 70]}
+    units = {"speed_unit": "krad/s", "torque_unit": "N cm"}
+    higher = {"torque": [101.3, 110.7, 130.1, 90.30000000001, 0.7]}
+    of, other, moved = (
+        flywheel.size(driven({**rows, **change, "interpolation": interpolation}), accuracy="proof").proof
+        for change in ({}, others | units, higher)
+    )
+    (low, high), same, beyond = of.figures["speed"], other.figures["speed"], moved.figures["speed"]
+    assert max(low, same[0]) <= min(high, same[1])
+    assert beyond[0] > high
+
+
 def extrapolated(function: Any, start: Any, value: Any, width: Any) -> Any:
     """One step of the modified midpoint rule, extrapolated to order 20."""
     table: list[list[Any]] = []

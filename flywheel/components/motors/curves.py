@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flywheel.components.energy import Energy
 from flywheel.components.motors.motor import EVERYWHERE, OMEGA, Fact, Motor, Point, Span, wrong_numbers, wrong_point
 from flywheel.language import text as _
-from flywheel.numerics.expressions import Expression, Node, between, compiled, expression_of, numeral, parse
+from flywheel.numerics.cells import monotone_slopes, table_pieces
+from flywheel.numerics.expressions import Expression, Node, between, compiled, numeral
 from flywheel.numerics.faults import POSITIVE, Fault, SceneError, number_faults, refuse, suggestion
 
 MOST_ROWS = 200
@@ -184,6 +186,7 @@ class Curve(Motor):
         speeds: rad/s, ascending, 2 to 200 of them.
         torques: N m, one per speed; one at least above 0.
         interpolation: `linear` or `pchip`.
+        written: both columns as a scene has them, with their units.
         inertia: of the rotor, kg m².
 
     Raises:
@@ -204,8 +207,14 @@ class Curve(Motor):
     speeds: tuple[float, ...]
     torques: tuple[float, ...]
     interpolation: str = "linear"
+    written: tuple[tuple[str, ...], ...] = field(default=(), repr=False, compare=False)
     title: ClassVar[str] = "motor by a table"
     starts: ClassVar[tuple[str, ...]] = ("star-delta", "transformer", "soft")
+
+    @property
+    def curve(self) -> Curve:
+        """Itself."""
+        return self
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -280,18 +289,7 @@ class Curve(Motor):
 
     @cached_property
     def _pieces(self) -> tuple[tuple[float, ...], ...]:
-        """Start and polynomial (highest power first) of every piece, those beyond a pchip's ends included."""
-        speeds, torques = np.array(self.speeds), np.array(self.torques)
-        if self.interpolation == "linear" or len(speeds) == 2:
-            series = np.stack((np.diff(torques) / np.diff(speeds), torques[:-1]))
-            return tuple(zip(speeds[:-1].tolist(), *series.tolist(), strict=True))
-        from scipy.interpolate import PchipInterpolator  # only such curves need it
-
-        curve = PchipInterpolator(speeds, torques)
-        slopes = curve(speeds[[0, -1]], 1)
-        inner = tuple(zip(speeds[:-1].tolist(), *np.asarray(curve.c).tolist(), strict=True))
-        before, after = ((self.speeds[i], float(slopes[i]), self.torques[i]) for i in (0, -1))
-        return before, *inner, after
+        return curve_pieces(np.array(self.speeds), np.array(self.torques), self.interpolation)
 
     @property
     def _padded(self) -> bool:
@@ -313,6 +311,17 @@ class Curve(Motor):
         """The law as a tree: its pieces at the leaves of a balanced tree of comparisons of omega."""
         knots = self.speeds if self._padded else self.speeds[1:-1]
         return between(OMEGA, knots, [_polynomial(start, series) for start, *series in self._pieces])
+
+
+def curve_pieces(speeds: NDArray[Any], torques: NDArray[Any], interpolation: str) -> tuple[tuple[Any, ...], ...]:
+    """Start and polynomial (highest power first) of every piece of a curve, those beyond a pchip's ends included."""
+    starts, series = table_pieces(speeds, torques, interpolation)
+    inner = tuple(zip(starts.tolist(), *series.tolist(), strict=True))
+    if len(series) == 2:
+        return inner
+    ends = monotone_slopes(np.diff(speeds), np.diff(torques) / np.diff(speeds))
+    before, after = ((speeds[i], ends[i], torques[i]) for i in (0, -1))
+    return before, *inner, after
 
 
 def _polynomial(start: float, series: list[float]) -> Node:
@@ -365,13 +374,13 @@ class Engine(Motor):
     def __post_init__(self) -> None:
         """Refuses values out of range."""
         faults = wrong_numbers(self, ("speed", "droop"), ("idle", "braking_torque"))
-        if self._rows is None:
+        if self.curve is None:
             faults += number_faults("torque", self.full_load, POSITIVE)
         refuse(faults)
         rated = f"the rated speed of {self.speed:.6g} rad/s"
         if not self.idle < self.speed:
             faults.append(Fault("idle", f"{self.idle:.6g} rad/s", f"a speed below {rated}"))
-        first, last = EVERYWHERE if self._rows is None else self._rows.covers
+        first, last = EVERYWHERE if self.curve is None else self.curve.covers
         if not first < self.speed <= last:
             faults.append(Fault("full_load", f"speeds from {first:.6g} to {last:.6g} rad/s", f"speeds that include {rated}"))
         elif self.rated.torque <= 0:
@@ -379,15 +388,16 @@ class Engine(Motor):
         refuse(faults)
 
     @property
-    def _rows(self) -> Curve | None:
+    def curve(self) -> Curve | None:
         """The curve of full load, if it is one."""
         return self.full_load if isinstance(self.full_load, Curve) else None
 
     @property
     def rated(self) -> Point:
         """Full load at rated speed, where the governor begins to act."""
-        full = self.full_load.torque(self.speed) if isinstance(self.full_load, Curve) else self.full_load
-        return Point(self.speed, float(full))
+        if isinstance(self.full_load, Curve):
+            return Point(self.speed, self.full_load.law().evaluate({"omega": self.speed}, np))
+        return Point(self.speed, self.full_load)
 
     def facts(self) -> Iterator[Fact]:
         """Full load and governor."""
@@ -409,12 +419,12 @@ class Engine(Motor):
     @property
     def covers(self) -> Span:
         """The range of speeds from idle, or the first row of the full-load curve, upwards, rad/s."""
-        return max(self.idle, -math.inf if self._rows is None else self._rows.covers[0]), math.inf
+        return max(self.idle, -math.inf if self.curve is None else self.curve.covers[0]), math.inf
 
     @property
     def stable(self) -> Span:
         """The range from the speed where full load begins to fall (else rated speed) to full engine braking, rad/s."""
-        begin = self.speed if self._rows is None else self._rows.fall_before(self.speed)
+        begin = self.speed if self.curve is None else self.curve.fall_before(self.speed)
         return begin, self.no_load_speed + self.braking_torque / self._steepness
 
     @property
@@ -423,13 +433,14 @@ class Engine(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        line = f"{expression_of(self._steepness)}*({expression_of(self.no_load_speed)} - omega)"
-        governed = parse(f"max({line}, {expression_of(-self.braking_torque)})")
-        if self._rows is None:
-            return parse(f"{expression_of(self.rated.torque)} if omega <= {expression_of(self.speed)} else {governed.text}")
+        line = {"steepness": self._steepness, "idle": self.no_load_speed, "least": -self.braking_torque}
+        governed = compiled("max({steepness}*({idle} - omega), {least})", **line)
+        if self.curve is None:
+            full, rated = self.rated.torque, self.speed
+            return compiled("{full} if omega <= {rated} else {governed}", full=full, rated=rated, governed=governed)
         below = Node("compare", (OMEGA, numeral(self.speed)), signs=("<=",))
-        text = f"{self._rows.law().text}, governed from {self.speed:.6g} rad/s"
-        return Expression(text, Node("if", (below, self._rows.tree(), governed.tree)))
+        text = f"{self.curve.law().text}, governed from {self.speed:.6g} rad/s"
+        return Expression(text, Node("if", (below, self.curve.tree(), governed.tree)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -524,11 +535,11 @@ class Hydraulic(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        leak, idle = 1.0 - self.volumetric_efficiency, expression_of(self.no_load_speed)
-        steepness = expression_of(self.rated.torque / (leak * self.no_load_speed))
-        relief = expression_of(self.rated.torque / (1.0 + self.override * leak))
-        if self.override:
-            relief = f"{relief}*(1 + {expression_of(self.override)}*(1 - omega/{idle}))"
-        most, ratio = expression_of(-self.rated.torque / self.mechanical_efficiency**2), self.mechanical_efficiency**2
-        braking = f"max({steepness}*({idle} - omega)/{expression_of(ratio)}, {most})"
-        return parse(f"min({relief}, {steepness}*({idle} - omega)) if omega <= {idle} else {braking}")
+        leak, idle, ratio = 1.0 - self.volumetric_efficiency, self.no_load_speed, self.mechanical_efficiency**2
+        opened = self.rated.torque / (1.0 + self.override * leak)
+        rise = "{opened}*(1 + {override}*(1 - omega/{idle}))" if self.override else "{opened}"
+        relief = compiled(rise, opened=opened, override=self.override, idle=idle)
+        line = compiled("{steepness}*({idle} - omega)", steepness=self.rated.torque / (leak * idle), idle=idle)
+        # without a jump where it begins to brake: of the line and of the braking one, the lower acts on either side
+        within = compiled("min({relief}, min({line}, {line}/{ratio}))", relief=relief, line=line, ratio=ratio)
+        return compiled("max({within}, {most})", within=within, most=-self.rated.torque / ratio)

@@ -485,8 +485,9 @@ class Servo(Motor):
             faults.append(Fault("standstill_torque", f"{self.at_rest:g} N m", least))
         refuse(faults)
         for name, at, torque in (("standstill torque", 0.0, self.at_rest), ("rated torque", *self.rated)):
-            if float(self.peak(at)) < torque:
-                defect = f"a peak curve with {float(self.peak(at)):.6g} N m at {_rpm(at)}"
+            peak = min(max(self._fall * (self.maximum_speed - at), 0.0), self.peak_torque)
+            if peak < torque:
+                defect = f"a peak curve with {peak:.6g} N m at {_rpm(at)}"
                 advice = "the continuous curve lies within the peak curve"
                 faults.append(Fault("peak_torque", defect, f"at least the {name} of {torque:g} N m", advice))
         refuse(faults[:1] + ([] if self.inverter is None else self.inverter.faults()))

@@ -360,7 +360,7 @@ class Induction(Motor):
         if plate.starting_torque is None and plate.starting_current is None:
             return kloss
         start = plate.starting_torque  # a current that is corrected alone ends the pieces there, too
-        missing = 0.0 if start is None else start * self.rated.torque - float(self._kloss(0.0))
+        missing = 0.0 if start is None else start * self.rated.torque - self._kloss(0.0).item()
         return self._down_to_rest(kloss, missing)
 
     def _kloss(self, omega: ArrayLike) -> Array:
@@ -414,7 +414,7 @@ class Induction(Motor):
         without = self._share_by_circuit()
         if self.plate.starting_current is None:
             return without
-        missing = self.plate.starting_current - float(without.evaluate({"omega": np.float64(0.0)}, np))
+        missing = self.plate.starting_current - without.evaluate({"omega": np.float64(0.0)}, np)
         return self._down_to_rest(without, missing)
 
     def _share_by_circuit(self) -> Expression:

@@ -77,7 +77,7 @@ class InverterInduction(Induction):
             expected = f"below the breakdown_ratio of {self.breakdown_ratio:g}"
             faults.append(Fault("inverter.torque_limit", f"{limit:g} of the rated torque", expected))
         if not self.rated_heat < self.breakdown_torque * self._breakdown_reach:
-            most = own.weakening * math.sqrt(self.mains.breakdown_torque * self._breakdown_reach / self.rated_heat)
+            most = own.weakening * np.sqrt(self.mains.breakdown_torque * self._breakdown_reach / self.rated_heat)
             defect = f"{own.frequency:g} Hz, with the field weakened from {own.weakening:g} Hz on"
             advice = "at that the motor breaks down before it has its rated heat"
             faults.append(Fault("inverter.frequency", defect, f"below {most:.4g} Hz", advice))
@@ -101,7 +101,7 @@ class InverterInduction(Induction):
 
     def flux(self, field: ArrayLike) -> Array:
         """Flux phi over the rated one at speeds of the field (rad/s), of their shape."""
-        return np.minimum(1.0, self.weakening_speed / np.maximum(field, 0.5 * self.weakening_speed))
+        return np.asarray(np.minimum(1.0, self.weakening_speed / np.maximum(field, 0.5 * self.weakening_speed)))
 
     @property
     def _breakdown_reach(self) -> float:
@@ -110,8 +110,8 @@ class InverterInduction(Induction):
 
     @property
     def rated_heat(self) -> float:
-        """Heat of the rotor at the rated point of the name plate, W, independent of the limit."""
-        return self.mains.rated_heat
+        """Heat of the rotor at the rated point of the name plate, T_n u_n, W, independent of the limit."""
+        return self.mains.rated.torque * (self.synchronous_speed - self.speed)
 
     @property
     def rated_total_heat(self) -> float:
@@ -127,16 +127,15 @@ class InverterInduction(Induction):
     @property
     def breakdown_torque(self) -> float:
         """The greatest torque at the set frequency, N m."""
-        return float(self.flux(self.field_speed)) ** 2 * self.mains.breakdown_torque
+        return self.flux(self.field_speed).item() ** 2 * self.mains.breakdown_torque
 
     @cached_property
     def rated(self) -> Point:
         """The point at the set frequency at which the rotor has the heat of its rated point."""
-        flux = float(self.flux(self.field_speed))
-        if flux == 1.0:
+        if self.flux(self.field_speed) == 1.0:
             return Point(self.field_speed - (self.synchronous_speed - self.speed), self.mains.rated.torque)
         heat, reach = self.rated_heat, self._breakdown_reach  # T u = heat, T = 2 T_b u u_b/(u² + u_b²)
-        slip_speed = reach * math.sqrt(heat / (2.0 * self.breakdown_torque * reach - heat))
+        slip_speed = reach * np.sqrt(heat / (2.0 * self.breakdown_torque * reach - heat))
         return Point(self.field_speed - slip_speed, heat / slip_speed)
 
     @cached_property
@@ -154,7 +153,7 @@ class InverterInduction(Induction):
     @property
     def stable(self) -> Span:
         """The range of speeds from the torque limit, or breakdown, as a motor to the same as a generator, rad/s."""
-        return self.field_speed - float(self.corner), self.field_speed + float(self.corner)
+        return self.field_speed - self.corner, self.field_speed + self.corner
 
     @property
     def doubts(self) -> tuple[str, ...]:

@@ -459,6 +459,11 @@ class Motor(ABC):
         return ()
 
     @property
+    def curve(self) -> Any:
+        """The `Curve` of its torque, or of its full load, if its data are rows."""
+        return None
+
+    @property
     def breakdown_torque(self) -> float | None:
         """The greatest torque, N m, if its name plate gives it."""
         return None
