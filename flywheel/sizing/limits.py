@@ -443,24 +443,25 @@ class Search:
         return self._scaled(ends[0].inertia), self._scaled(ends[1].inertia), rising
 
     def slope(self, name: str, here: FlywheelPoint) -> Steps[float]:
-        """|d figure/d ln J| at a flywheel, from the nearest one of the same accuracy, or from one beside it.
+        """|d figure/d ln J| at a flywheel; infinite if it is unknown."""
+        beside, distance = (yield from self.beside(here)) or (None, 1.0)
+        return np.inf if beside is None else abs(beside.shares[name].value - here.shares[name].value) / distance
 
-        Infinite if neither a heavier nor a lighter one beside it has a motion: the slope is then unknown.
+    def beside(self, here: FlywheelPoint) -> Steps[tuple[FlywheelPoint, float] | None]:
+        """The nearest flywheel of the same accuracy, or one beside it, and its distance in ln J.
+
+        None if neither a heavier nor a lighter one beside it has a motion: how figures change with J is then unknown.
         """
-        value = here.shares[name].value
-        apart = {
-            abs(float(np.log(point.inertia / here.inertia))): point.shares[name].value
-            for point in self.points.values()
-            if point.motions and point.inertia > 0.0
-        }
-        near = min((distance for distance in apart if distance > _APART), default=np.inf)
+        moving = [point for point in self.points.values() if point.motions and point.inertia > 0.0]
+        apart = [(abs(float(np.log(point.inertia / here.inertia))), point) for point in moving]
+        near, point = min((each for each in apart if each[0] > _APART), key=lambda each: each[0], default=(np.inf, here))
         if near <= 5 * _BESIDE:
-            return float(abs(apart[near] - value) / near)
+            return point, near
         for distance in (_BESIDE, -_BESIDE):
             beside = yield from self.closely(here.inertia * (1.0 + distance))
             if beside.motions:
-                return float(abs(beside.shares[name].value - value) / _BESIDE)
-        return np.inf
+                return beside, _BESIDE
+        return None
 
     def _with_extremes(self, name: str, limit: float) -> Steps[list[FlywheelPoint]]:
         """The flywheels of the grid, with those at which the figure may pass its limit and return between two of them."""
@@ -699,6 +700,8 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     if inertia > 0.0 and scene.limits:  # what the error of the inertia makes of each
         for name, share in figures.items():
             figures[name] = share._replace(error=share.error + (yield from search.slope(name, point)) * error)
+        beside, distance = (yield from search.beside(point)) or (None, 1.0)
+        motion = motion.loosened(None if beside is None else beside.motions[0], error / distance)
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = [*gaps(spans, inertia, square)]

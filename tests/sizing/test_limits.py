@@ -135,6 +135,24 @@ def test_a_loose_accuracy_keeps_its_word():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("inductance", "rtol"), sample([(0.0, 1e-4), (3.5e-3, 1e-4), (0.0, 1e-6)], 2))
+def test_figures_along_the_motion_allow_for_what_is_open_of_the_flywheel(inductance: float, rtol: float):
+    """By 1e-13 of a flywheel the speed changes by no more than rounding; by 1e-4 it may."""
+    scene = flywheel.load(punch(LIMITS, inductance))
+    loose, close = (flywheel.size(scene, each, accuracy="normal") for each in (rtol, 1e-13))
+    loosely, closely, off = loose.as_dict(), close.as_dict(), loose.as_dict()["error"]
+    assert loosely["flywheel"]["exact"] != closely["flywheel"]["exact"]
+    pairs = {name: (loosely[name], closely[name], off[name]) for name in ("speed", "power")}
+    pairs |= {
+        name: (loosely["energy"][name], closely["energy"][name], off["energy"])
+        for name in ("peak_power", "rms_torque", "mean_power")
+    }
+    for name, (mine, true, error) in pairs.items():
+        assert abs(mine - true) <= (error + 1e-14) * abs(true), name
+    for name in ("angle_speed_max", "angle_speed_min"):
+        assert abs(loosely[name] - closely[name]) <= off[name] + 1e-12, name
+
+
 def test_a_current_with_a_state_of_its_own_and_its_confirmation_in_time():
     sizing = sized({"irregularity": 0.1, "current_pulsation": 1.0}, inductance=0.05, simulate=True)
     assert sizing.binding == "current_pulsation"
