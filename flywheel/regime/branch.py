@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import Enum, auto
 from functools import partial
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ from flywheel.machine.dynamics import ONSET, MachineDynamics, StartState, Trail,
 from flywheel.machine.equation import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.budget import BudgetError, counted, limited, spend
+from flywheel.numerics.budget import BudgetError, counted, limited, portion, spend
 from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import periodic_motion, turning_moment
@@ -48,6 +48,7 @@ _STOP_SPEED = 1e-6  # of the speed at the start: as good as a stop
 _INERTIA_VARIATION = 1e-9  # of an inertia: that varies by less is the same at every angle
 _SAMPLES = 2_000  # instants of a cycle at which a motion followed in time is taken
 _AT_ONCE = 16  # positions within a walk that take as long as the walk itself
+_NEAR_SHARE = 0.25  # of a search's budget: share of the attempt from a known motion
 _SURE = 0.9  # of a fall of energy: what is certain of one between samples
 _STOPS, _RETURNED, _LOST = "stops", "returns", "open"
 
@@ -322,6 +323,31 @@ class Branch:
         """The known motion next to the nearest one to an inertia."""
         others = [each for each, motion in self.motions.items() if motion is not near and not motion.vanishing]
         return self.motions[min(others, key=partial(self.distance, inertia))] if others else None
+
+
+def stable_motion(
+    machine: Machine, other: OwnMotion | None, reference: float, demand: Demand, unknown: float, rtol: float
+) -> OwnMotion:
+    """The steady motion with a given flywheel: from a stable one with another flywheel, else from nothing.
+
+    Args:
+        machine: the machine.
+        other: the motion to begin with, if one is known.
+        reference: speed (rad/s) near that of the motion; the required one if there is one.
+        demand: requirements of the motion.
+        unknown: a first guess of the scene's unknown.
+        rtol: relative error allowed in the irregularity.
+
+    Raises:
+        NoRegimeError: if there is no such motion, or none that can be resolved.
+
+    """
+    if other is not None:
+        with suppress(NoRegimeError, BudgetError), portion(_NEAR_SHARE):
+            motion = periodic_motion.own_motion_near(machine, other, demand.inertia, demand.speed, rtol)
+            if machine.scene.unknown is not None or motion.solved.damping >= -periodic_motion.UNSTABLE:
+                return motion
+    return periodic_motion.own_motion(machine, reference, demand, 0.0, unknown, rtol)
 
 
 def resonates(machine: Machine, reference: float, inertias: Sequence[float], unknown: float) -> bool:

@@ -598,23 +598,26 @@ class _RegimeEquations:
             return cells.changes(*through)
         return cells.round_cycle(*through, edges[..., -1, :] - edges[..., 0, :])
 
-    def conditions(self, state: State, here: _NodeSpeeds, change: Changes) -> tuple[Array, Array]:
+    def conditions(
+        self, state: State, here: _NodeSpeeds, change: Changes, at: SpeedExtremes | None = None
+    ) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the required speeds.
 
         Derivatives of the excess e of the extremes, omega = w (1 + e): by the unknowns (2, unknowns), and by itself (2,).
         The irregularity is imposed on omega², which is linear in the energy, so that one near 2 needs no more steps.
+        `at` are the extremes where they are known.
         """
         rows = [] if change.around is None else [change.around[..., :-1]]
         right = [] if change.around is None else [-change.around[..., -1]]
         if self.parameters or self.levelled:
-            of_extremes = self._of_extremes(state, here, change)
+            of_extremes = self._of_extremes(state, here, change, self.extremes(state, here) if at is None else at)
             rows.append(of_extremes[0])
             right.append(of_extremes[1])
         return np.concatenate(rows, axis=-2), np.concatenate(right, axis=-1)
 
-    def _of_extremes(self, state: State, here: _NodeSpeeds, change: Changes) -> tuple[Array, Array]:
+    def _of_extremes(self, state: State, here: _NodeSpeeds, change: Changes, at: SpeedExtremes) -> tuple[Array, Array]:
         """The equations on the extremes of speed."""
-        at, states = self.extremes(state, here), state.nodes.shape[-2]
+        states = state.nodes.shape[-2]
         weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
         columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[..., 0, :, :]
         at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[..., 0, :].copy()
@@ -700,9 +703,9 @@ class _RegimeEquations:
         fluctuation = np.ptp(self.extremes(state, here).excess, axis=-1)
         return np.minimum(level / np.maximum(fluctuation, 4 * ROUNDING / _LAST_STEP), _ROUNDING_STEP)
 
-    def sensitivity(self, state: State, here: _NodeSpeeds, change: Changes) -> Sensitivity:
+    def sensitivity(self, state: State, here: _NodeSpeeds, change: Changes, at: SpeedExtremes) -> Sensitivity:
         """The sensitivity of the sized flywheel to an excess of the extremes' omega², and to net work of the cycle."""
-        matrix, _ = self.conditions(state, here, change)
+        matrix, _ = self.conditions(state, here, change, at)
         scale = np.maximum(np.abs(matrix).max(axis=-1), 1e-300)
         eps = np.asarray(0.0 if self.demand.irregularity is None else self.demand.irregularity)
         unit = np.zeros(matrix.shape[:-1])
@@ -791,7 +794,7 @@ class _RegimeEquations:
             closed = np.abs(net) <= _NET_WORK * exchanged
             self.check(closed, lambda: NoRegimeError("the net work of a cycle is not zero"))
         extremes = self.extremes(state, here, settled=True)
-        answer = self.sensitivity(state, here, change) if self.sized else None
+        answer = self.sensitivity(state, here, change, extremes) if self.sized else None
         multiplier, damping = cells.multiplier(change)
         motion = Periodic(self.moments, self.w, state, extremes, here.rate, here.omega, multiplier, damping, steps)
         motion = motion._replace(sensitivity=answer)

@@ -28,6 +28,7 @@ from flywheel.numerics.budget import BudgetError, count, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
+from flywheel.regime.branch import stable_motion
 from flywheel.regime.cycle_equations import Demand
 from flywheel.regime.free_motion import stiffness, too_short
 from flywheel.regime.turning_moment import Cycle, Run
@@ -302,7 +303,8 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
     unknown = (regime.constant or regime.cycle).balance or 0.0
     with limited(_MOST_WORK):
         demand = Demand(inertia, None, mean)
-        return periodic_motion.own_motion(machine, mean or regime.speed, demand, 0.0, unknown, 0.5 * regime.rtol)
+        other = regime.solved if machine is regime.machine else None  # on its own cells
+        return stable_motion(machine, other, mean or regime.speed, demand, unknown, 0.5 * regime.rtol)
 
 
 def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> tuple[Confirmation, dict[str, float]]:

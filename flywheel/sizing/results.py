@@ -26,6 +26,7 @@ from flywheel.regime.wittenbauer import Area, Broken, Figures, Flywheel, Reduced
 from flywheel.scene.scene import AUDIT, Scene
 
 if TYPE_CHECKING:
+    from flywheel.regime.periodic_motion import OwnMotion
     from matplotlib.figure import Figure
 
     from flywheel.components.motors.thermal import Temperature
@@ -179,7 +180,8 @@ class Regime(NamedTuple):
     its irregularity or its limits, with its relative error, where torques depend on speed; `broken` are heavier flywheels,
     at their own shaft, that break a requirement. `limits` are those of the flywheel, and `binding` the one that decides it,
     where a motor's are among them. `confirmed` is the motion of a machine without inertia, `extremes_error` (rad) the share
-    of the places of switches in the error of the angles of extreme speed.
+    of the places of switches in the error of the angles of extreme speed; `solved` is the motion by Newton's method, where
+    torques depend on speed.
     """
 
     machine: Machine
@@ -197,6 +199,7 @@ class Regime(NamedTuple):
     limits: Mapping[str, Limit] = {}
     binding: str | None = None
     messages: tuple[str, ...] = ()
+    solved: OwnMotion | None = None
 
     @property
     def constant(self) -> Cycle | None:

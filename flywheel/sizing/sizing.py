@@ -576,7 +576,7 @@ def _wheel(
         else:
             from flywheel.sizing.speed_dependent import with_flywheel
 
-            motion = with_flywheel(regime.machine, regime.constant, speed, on_crank, regime.rtol).run
+            motion = with_flywheel(regime.machine, regime.constant, speed, on_crank, regime.rtol, regime.solved).run
     except NoMotionError:
         return SelectedWheel(wheel, None, 0.0, torque), wheel.warnings
     return SelectedWheel(wheel, motion.irregularity, motion.error, torque), wheel.warnings

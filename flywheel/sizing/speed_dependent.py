@@ -16,7 +16,7 @@ from flywheel.numerics.budget import BudgetError, Cost, Meter, counted, limited
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
-from flywheel.regime.branch import Branch, MotionSearch, Outcome, OutOfStepError, UnstableError, outcome_of
+from flywheel.regime.branch import Branch, MotionSearch, Outcome, OutOfStepError, UnstableError, outcome_of, stable_motion
 from flywheel.regime.cycle_equations import Demand, LostError, NoRegimeError, UnresolvedError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.turning_moment import Cycle, Run
@@ -107,6 +107,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         limits=reached,
         binding=binding,
         messages=messages,
+        solved=motion,
     )
     return steady, {"motion": meter.cost}
 
@@ -419,8 +420,12 @@ def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rt
     return run[0]
 
 
-def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float) -> OwnMotion:
+def with_flywheel(
+    machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float, other: OwnMotion | None = None
+) -> OwnMotion:
     """The motion of a machine with another flywheel (kg m² on the crank); arguments as in `run_with`.
+
+    `other` is a motion with another flywheel, from which it is then found sooner.
 
     Raises:
         NoRegimeError: if there is none.
@@ -430,6 +435,7 @@ def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: floa
     unknown = constant.balance or 0.0
     try:
         with limited(_LESS_WORK):
-            return periodic_motion.own_motion(machine, mean or speed, Demand(inertia, None, mean), 0.0, unknown, 0.5 * rtol)
+            demand = Demand(inertia, None, mean)
+            return stable_motion(machine, other, mean or speed, demand, unknown, 0.5 * rtol)
     except BudgetError as error:
         raise NoRegimeError(str(error)) from None
