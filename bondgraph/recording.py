@@ -154,7 +154,7 @@ class Recorder:
         """The entries of columns in the interval of `at` between ascending knots; one entry more than there are knots."""
         interval = self.operation("interval", (at, tuple(knots)))
         rows = [tuple(column) for column in columns]
-        return [row[0] if len(set(row)) == 1 else self.operation("entry", (row, interval)) for row in rows]
+        return [row[0] if row.count(row[0]) == len(row) else self.operation("entry", (row, interval)) for row in rows]
 
     def call(
         self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0, values: Sequence[Any] | None = None

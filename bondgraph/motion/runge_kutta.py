@@ -415,6 +415,7 @@ def _radau() -> tuple[Array, Array, Array, Array]:
 
 
 _POINTS, _GAINS, _SERIES, _QUOTIENT = _radau()
+_DEGREES = np.arange(STAGES)
 
 
 @np.errstate(all="ignore")  # an iterate that runs away is given up where it is found not to be finite
@@ -449,7 +450,9 @@ class _Polynomial:
 
     def __call__(self, t: Any) -> Array:
         share = (np.asarray(t) - self.time) / self.h
-        return np.asarray((share * chebyshev.chebval(2.0 * share - 1.0, self.series)).T + self.state).T
+        turned = np.arccos(np.minimum(np.maximum(2.0 * share - 1.0, -1.0), 1.0))  # rounding may pass the ends
+        terms = np.cos(turned[..., None] * _DEGREES)
+        return np.asarray(share[..., None] * (terms @ self.series) + self.state).T
 
 
 class Implicit:

@@ -82,7 +82,8 @@ class Step(NamedTuple):
     def steepest(self, k: int) -> float:
         """The greatest rate of state k at the stages of an explicit step; infinite where it is not known."""
         if isinstance(self.dense, runge_kutta.MethodStep):
-            return max(abs(slope[k]) for slope in self.dense.slopes)
+            slopes = [slope[k] for slope in self.dense.slopes]
+            return max(max(slopes), -min(slopes))
         return np.inf
 
 
@@ -455,7 +456,7 @@ def through(piece: Piece, t: float, state: Array, hint: float | None, events: Ev
     if events is None:
         yield from steps
         return
-    count, ended = 1, False
+    count, ended = _FIRST_WATCHED if switching else 1, False
     beyond: Exception | None = None  # beyond an event laws are only continued
     while not ended and beyond is None:
         several = list[Step]()
@@ -562,9 +563,11 @@ def _landing(piece: Piece, step: runge_kutta.MethodStep) -> Step | None:
             return None
         curved = 0.5 * missing * missing / step.h
         bent = [curved * (last - first) for first, last in zip(step.slopes[0], step.slopes[-1], strict=True)]
-        sizes = zip((tolerance.absolute / tolerance.relative).tolist(), step.after, strict=True)
-        rounding = (_SECOND * (size + abs(y)) for size, y in sizes)
-        if abs(missing) <= _LINEAR * step.h or all(abs(b) <= most for b, most in zip(bent, rounding, strict=True)):
+        close = abs(missing) <= _LINEAR * step.h
+        if not close:
+            sizes = (tolerance.absolute / tolerance.relative).tolist()
+            close = all(abs(b) <= _SECOND * (size + abs(y)) for b, size, y in zip(bent, sizes, step.after, strict=True))
+        if close:
             rows = zip(step.after, step.slopes[-1], bent, strict=True)
             after = [y + missing * rate + b for y, rate, b in rows]
             last = step.t + step.h + missing
@@ -612,7 +615,7 @@ def _implicit_steps(
 
 
 _EXPLICIT_SERIES, _IMPLICIT_SERIES = chebyshev_series(9), chebyshev_series(13)  # LSODA's dense output has degree 12
-_MOST_WATCHED = 16  # steps in which events are searched for at once
+_FIRST_WATCHED, _MOST_WATCHED = 4, 16  # steps in which events are searched for at once: one search takes as long as several
 _NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is searched for
 
 

@@ -24,7 +24,6 @@ from flywheel.machine.programs import programs_of
 from flywheel.numerics.cells import ROUNDING, Index, wide
 
 if TYPE_CHECKING:
-    from bondgraph.recording import Program
     from flywheel.components.motors.motor import States
     from flywheel.machine.reactions import Coefficients, JointFriction, Rubbing
 
@@ -124,7 +123,6 @@ class MachineDynamics:
         self.circuit = circuit_of(machine.scene)
         drive = machine.scene.drive
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
-        self._laws: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}  # with it, so that ids stay
 
     @property
     def holds(self) -> bool:
@@ -195,10 +193,11 @@ class MachineDynamics:
             or (len(machine.stages) > 1 and not anchor.factors)
         ):
             return None
-        program = programs_of(machine.backwards if anchor.direction == -1.0 else machine).motion(anchor)
+        programs = programs_of(machine.backwards if anchor.direction == -1.0 else machine)
+        program = programs.motion(anchor)
         if program is None or anchor.direction == 0.0:
             return None
-        law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
+        law, unknown, flywheel = programs.function(program, "math"), self.balance, self.inertia
 
         carrying = next((k for k, stage in enumerate(machine.stages) if stage.carries_flywheel), 0)
         driven = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
@@ -395,20 +394,13 @@ class MachineDynamics:
             return None
         plain = isinstance(phi, float) and isinstance(omega, float)
         try:
-            outputs = self._compiled(program, "math" if plain else "numpy")(phi, omega, time, self.balance)
+            outputs = programs.function(program, "math" if plain else "numpy")(phi, omega, time, self.balance)
         except (ValueError, ArithmeticError):
             return None
-        if not (math.isfinite(sum(outputs)) if plain else all(np.isfinite(value).all() for value in outputs)):
+        if not (math.isfinite(sum(outputs)) if plain else np.isfinite(sum(outputs)).all()):
             return None
         count(phi)
         return [(*outputs[k : k + 3], None) for k in range(0, len(outputs), 3)]
-
-    def _compiled(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
-        """A program as a function, made once."""
-        key = id(program), kind
-        if key not in self._laws:
-            self._laws[key] = program, program.function(kind)
-        return self._laws[key][1]
 
     def _part(self, stage: MeshStage, phi: Any, anchor: Anchor, omega: Any, time: Any) -> _Row:
         station = stage.reduction.at(phi, anchor.phi)

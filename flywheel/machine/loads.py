@@ -50,6 +50,8 @@ class Senses(NamedTuple):
 
     def at(self, phi: Any) -> Any:
         """The sign at crank angles phi."""
+        if isinstance(phi, Recorded) and phi.value is None:  # in any piece
+            return phi.recorder.tabulated(phi, self.dead_centres.tolist(), [self.signs.tolist()])[0]
         return self.signs[np.searchsorted(self.dead_centres, phi)]
 
 
@@ -247,7 +249,8 @@ class LoadLaw:
             # a window that ends before it begins wraps around the cycle's end
             active = after & before if load.start < load.end else after | before
         if load.sense and self.senses is not None:
-            active = active & (self.direction * self.senses.at(anchor.q / self.place.rate) == load.sense)
+            along = self.direction * self.senses.at(anchor.q / self.place.rate) == load.sense
+            active = along if active is True else active & along
         return active
 
     def crank_breakpoints(self, cycle: float, *, switching: bool = False) -> Iterator[float]:

@@ -22,6 +22,7 @@ values at the nodes are the same. Where a design cannot be recorded, the reason 
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -59,7 +60,7 @@ _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for bran
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
 _RECORDING_ERRORS = (TypeError, ValueError, ArithmeticError)  # what cannot be recorded, or a law that is not defined
-_MANY_PIECES = 24  # of a machine, as of one with a table: one recording then serves all
+_MANY_PIECES, _MANY_LINKED = 24, 3  # of a machine, as of one with a table, or with a linkage: one recording then serves all
 _ZERO_DISTANCE = 1e-6  # of the cycle: how far off a step of Newton's method may see the zero that an angle is
 _JETS = jet_namespace(NAMESPACE)
 
@@ -85,6 +86,9 @@ class Programs:
         self._circuit = circuit_of(machine.scene) is not None
         self._pieces: dict[tuple[float, bool], list[tuple[Program, Conditions | None]] | None] = {}
         self._instants: dict[float, int] = {}
+        self._functions: dict[
+            tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]
+        ] = {}  # with it, so that ids stay
 
     @cached_property
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
@@ -140,6 +144,13 @@ class Programs:
         self._pieces[key] = [*pieces[1 - _MOST_PROGRAMS :], recorded]
         return recorded[0]
 
+    def function(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
+        """A program of `motion` as a function (see `Program.function`), made once."""
+        key = id(program), kind
+        if key not in self._functions:
+            self._functions[key] = program, program.function(kind)
+        return self._functions[key][1]
+
     def pays(self, anchor: Anchor) -> bool:
         """Tests whether the place of an anchor has a program, or is used so often that one pays; it counts each call."""
         place = self._place(anchor)
@@ -158,7 +169,12 @@ class Programs:
 
     def _place(self, anchor: Anchor) -> float:
         """The key of programs: the piece of an anchor between switches, or its very angle."""
-        return float(np.searchsorted(self.machine.switches, anchor.phi)) if self._of_pieces else float(anchor.phi)
+        return float(bisect_left(self._edges, anchor.phi)) if self._of_pieces else float(anchor.phi)
+
+    @cached_property
+    def _edges(self) -> list[float]:
+        """The angles at which pieces meet: of plain numbers the piece of one is found sooner."""
+        return list(self.machine.switches.tolist())
 
     def _of_piece(self, anchor: Anchor) -> tuple[Program, Conditions | None] | None:
         """The program of a smooth piece, and the guards of the speed and time at its anchor (None: it holds for any)."""
@@ -176,14 +192,14 @@ class Programs:
         k = int(np.clip(np.searchsorted(edges, anchor.phi) - 1, 0, edges.size - 2))
         omega, time = (self.machine.typical_speed, 0.0) if anchor.omega is None else (float(anchor.omega), anchor.time)
         phi, then = edges[k] + _SHARES * (edges[k + 1] - edges[k]), [] if anchor.omega is None else [omega, time]
-        self._compare(program.function("numpy"), anchor.phi, phi, omega, time, then)
+        self._compare(self.function(program, "numpy"), anchor.phi, phi, omega, time, then)
         return program, conditions
 
     @cached_property
     def _over_pieces(self) -> Callable[[Anchor], tuple[Program, None]] | None:
         """The same from one recording, by what an anchor decides in it; None where few pieces do not make that pay."""
         edges, linked = self.machine.switches, any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
-        if edges.size < _MANY_PIECES or linked or not self._of_pieces or self.machine.switches_at_speeds:
+        if edges.size < (_MANY_LINKED if linked else _MANY_PIECES) or not self._of_pieces or self.machine.switches_at_speeds:
             return None
         recorder = Recorder()
         arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
@@ -193,8 +209,14 @@ class Programs:
             return None
         if recorder.guards:
             return None
-        anchors, phi = 0.5 * (edges[:-1] + edges[1:])[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
-        self._compare(partial(program.function("numpy"), anchors), anchors, phi, self.machine.typical_speed, 0.0, [])
+        middle, speed, law = 0.5 * (edges[:-1] + edges[1:]), self.machine.typical_speed, program.function("math")
+        try:
+            for angle in middle.tolist():
+                law(angle, angle, speed, 0.0, 1.0)
+        except (ValueError, ArithmeticError):  # a law that is not defined where it does not act
+            return None
+        anchors, phi = middle[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
+        self._compare(partial(program.function("numpy"), anchors), anchors, phi, speed, 0.0, [])
         early, late = program.split(4)
         decided, bound = early.function("math"), late.bound([0.0] * len(early.outputs))
         return lambda anchor: (bound._replace(places=(*decided(anchor.phi), *late.places)), None)

@@ -326,9 +326,9 @@ class LinkagePosition:
     def __init__(self, cycle: Cyclic, psi: Any, ns: Any, anchor: Any = None) -> None:
         self.psi, self.ns = psi, ns
         self._cycle = cycle
-        middle = presents(psi if anchor is None else anchor)
-        self._turns = 0.0 if cycle.period is None else np.floor(middle / cycle.period)
-        self._middle = middle
+        of_any = isinstance(anchor, Recorded) and anchor.value is None  # piece
+        self._middle = anchor if of_any else presents(psi if anchor is None else anchor)
+        self._turns = 0.0 if cycle.period is None else (ns if of_any else np).floor(self._middle / cycle.period)
 
     @cached_property
     def variables(self) -> tuple[Track, ...]:
@@ -351,7 +351,7 @@ class LinkagePosition:
                     ends = [(middle + sign * reach).T.reshape(-1, *shape) for sign in (-1.0, 1.0)]
                 parts.append([Interval(a, b) for a, b in zip(*ends, strict=True)])
         elif isinstance(psi, Recorded):
-            parts = [part[0] for part in solution.recorded(psi, float(self._middle - self._turns * (period or 0.0)))]
+            parts = [part[0] for part in solution.recorded(psi, self._middle - self._turns * (period or 0.0))]
         else:
             q = np.asarray(psi, dtype=float)
             parts = [part.T.reshape(-1, *q.shape) for part in solution.movement(np.atleast_1d(q).ravel())]

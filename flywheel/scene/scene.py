@@ -557,7 +557,7 @@ class Scene(Frozen):
         lossy = self.unknown is None and any(share < 1.0 for share in self.efficiencies.values())
         return self.speed is not None or self.depends_on_speed or lossy
 
-    @property
+    @cached_property
     def rubs(self) -> bool:
         """True if any joint of a linkage has friction."""
         return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)

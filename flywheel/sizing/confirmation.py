@@ -371,8 +371,8 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
     If it changes sides repeatedly at one place, the rest of that piece is stepped without a search for switches.
 
     """
-    equations = _ScaledEquation(dynamics, speed, scale)
     machine = dynamics.machine
+    equations = _ScaledEquation(dynamics, speed, scale, stiffness(machine))
     edges = np.union1d(machine.switches, np.setdiff1d(machine.restarts, machine.breakpoints))
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
     tolerance = StepTolerance(tight, tight * np.array([1.0, 1.0, *own]))
@@ -410,10 +410,11 @@ class _ScaledEquation(NamedTuple):
     dynamics: MachineDynamics
     speed: float
     scale: float
+    stiff: float  # see `RateField`
 
     def rates(self, ends: tuple[float, float], anchor: Anchor | None) -> Rates:
         """d(phi, u, a motor's states)/dtau within a stretch."""
-        dynamics, speed, scale = self
+        dynamics, speed, scale, _ = self
         middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
 
         def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
@@ -454,7 +455,7 @@ class _ScaledEquation(NamedTuple):
 
     def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array) -> RateField | None:
         """The same rates at many instants at once; None if branches are decided at every instant."""
-        dynamics, speed, scale = self
+        dynamics, speed, scale, stiff = self
         if anchor is None and dynamics.branching:
             return None
         place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
@@ -467,7 +468,7 @@ class _ScaledEquation(NamedTuple):
             at = dynamics.at_many(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
             return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
 
-        return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
+        return RateField(rates, np.array(sizes), stiff)
 
     def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
         """Point that decides the branches of the next stretch, a little ahead; None if position alone decides them.
@@ -493,7 +494,7 @@ class _ScaledEquation(NamedTuple):
 
         start: tau where the stretch begins, from the state.
         """
-        dynamics, speed, scale = self
+        dynamics, speed, scale, _ = self
 
         def values(tau: Array, states: Array) -> Array:
             omega = np.asarray(speed * (1.0 + scale * states[1]))

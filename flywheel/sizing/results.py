@@ -26,11 +26,11 @@ from flywheel.regime.wittenbauer import Area, Broken, Figures, Flywheel, Reduced
 from flywheel.scene.scene import AUDIT, Scene
 
 if TYPE_CHECKING:
-    from flywheel.regime.periodic_motion import OwnMotion
     from matplotlib.figure import Figure
 
     from flywheel.components.motors.thermal import Temperature
     from flywheel.components.wheels import Wheel
+    from flywheel.regime.periodic_motion import OwnMotion
 
 __all__ = [
     "Area",

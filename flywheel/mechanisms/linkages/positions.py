@@ -304,15 +304,16 @@ class Solution:
         slope[:, 1:] = -(inverted @ equations.bending(bases, rate)[:, :, None])[..., 0]
         return Track(z, rate, slope)
 
-    def recorded(self, q: Recorded, anchor: float) -> Track:
+    def recorded(self, q: Recorded, anchor: Any) -> Track:
         """All variables at one recorded coordinate, as by `movement`, with a sufficient number of Newton steps.
 
-        Cams follow the formula that holds at the anchor.
+        Cams follow the formula that holds at the anchor, which only a linkage without them may have recorded.
 
         Raises TypeError if no number is known to be sufficient.
         """
         z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
-        at = self.movement(np.array([anchor])).value
+        cams = any(relation.lift is not None for relation in equations.loops.relations)
+        at = self.movement(np.array([float(anchor)])).value if cams else None
         for _ in range(self.steps if z.shape[1] > 1 else 0):
             z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z, at)), axis=1)
         if not z.shape[1] > 1:
@@ -351,6 +352,11 @@ class Solution:
         c5 = 6 * gap - 3 * tilt + curl
         return np.concatenate((trace.value[:-1, :1], width, trace.value[:-1], first, bent, c3, c4, c5), axis=1)
 
+    @cached_property
+    def _columns(self) -> list[tuple[float, ...]]:
+        """The columns of these quintics, as recordings take them."""
+        return [tuple(column) for column in self._quintics.T.tolist()]
+
     def _predicted(self, x: Array) -> Array:
         """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides; also at a recorded one.
 
@@ -367,7 +373,7 @@ class Solution:
         if recorder is None:
             table = self._quintics[np.searchsorted(inner, within, side="right")]
         else:
-            table = np.array([recorder.tabulated(within[0], inner.tolist(), self._quintics.T.tolist())], dtype=object)
+            table = np.array([recorder.tabulated(within[0], inner.tolist(), self._columns)], dtype=object)
         start, width = table[:, :1], table[:, 1:2]
         series = np.split(table[:, 2:], 6, axis=1)
         s = ns.clip((within[:, None] - start) / width, 0.0, 1.0)
