@@ -156,10 +156,10 @@ def components(needs: Mapping[T, Iterable[T]]) -> list[list[T]]:
 # -- roots ------------------------------------------------------------------------------------------------------------
 
 
-def root(value: Callable[[float], float], low: float, high: float) -> float:
+def root(value: Callable[[float], float], low: float, high: float, ends: tuple[float, float] | None = None) -> float:
     """The place between two at which a value changes its sign, to the last digit; `high` where it does not.
 
-    A root next to zero is found to 1e-25 of the range.
+    A root next to zero is found to 1e-25 of the range. `ends` are the values at both places, where they are known.
 
     >>> abs(root(lambda t: t * t - 2.0, 0.0, 2.0) - 2.0**0.5) < 1e-15
     True
@@ -167,7 +167,7 @@ def root(value: Callable[[float], float], low: float, high: float) -> float:
     True
     """
     a, b = float(low), float(high)
-    of_a, of_b = float(value(a)), float(value(b))
+    of_a, of_b = (float(value(a)), float(value(b))) if ends is None else ends
     if not of_a * of_b < 0.0:
         return a if of_a == 0.0 else b
     close = max(1e-25 * abs(b - a), 1e-300)
@@ -304,9 +304,18 @@ def first_change(
 
 
 def summit(
-    value: Callable[[float], float], low: float, high: float, width: float, *, enough: float = np.inf
+    value: Callable[[float], float],
+    low: float,
+    high: float,
+    width: float,
+    *,
+    enough: float = np.inf,
+    above: float = np.inf,
 ) -> tuple[float, float]:
     """The place between two, to a width, at which a value is greatest, and that value; the first at which it is `enough`.
+
+    The best place so far is returned where `above` times the steepest chord from it to the places tried on both sides, all
+    over the range that is left, does not reach `enough`.
 
     >>> place, height = summit(lambda x: 3.0 - (x - 1.0) ** 2, 0.0, 5.0, 1e-8)
     >>> round(place, 7), round(height, 12)
@@ -315,7 +324,11 @@ def summit(
     x = w = v = low + _GOLDEN * (high - low)
     at_x = at_w = at_v = -float(value(x))
     step = before = 0.0
+    chords: dict[bool, tuple[float, float]] = {}  # of each side that was tried, below and above: place and value
     while at_x > -enough and max(high - x, x - low) > width:
+        steepest = max(((at - at_x) / abs(place - x) for place, at in chords.values()), default=np.inf)
+        if above * steepest * (high - low) < at_x + enough:
+            break
         least, middle = 0.25 * width, 0.5 * (low + high)
         r, q = (x - w) * (at_x - at_v), (x - v) * (at_x - at_w)
         p, q = (x - v) * q - (x - w) * r, 2.0 * (q - r)
@@ -332,9 +345,11 @@ def summit(
         at_u = -float(value(u))
         if at_u <= at_x:
             low, high = (x, high) if u >= x else (low, x)
+            chords[u < x] = x, at_x
             v, at_v, w, at_w, x, at_x = w, at_w, x, at_x, u, at_u
         else:
             low, high = (u, high) if u < x else (low, u)
+            chords[u > x] = u, at_u
             if at_u <= at_w or w == x:
                 v, at_v, w, at_w = w, at_w, u, at_u
             elif at_u <= at_v or v in (x, w):

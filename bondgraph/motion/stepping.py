@@ -677,11 +677,13 @@ def crossing(events: Events, step: Step) -> Step:
             continue
         low, high, roots = change
         near = roots[(roots > low) & (roots < high)]
+        ends: tuple[float, float] | None = None
         if near.size:  # close about a root of its polynomial, where that is one of its own
             tried = np.clip(near[0] + np.array([-_NEAR_ROOT, _NEAR_ROOT]), low, high)
-            before, after = one(tried)
-            low, high = (float(tried[0]), float(tried[1])) if before > 0.0 > after else (low, high)
-        share = low if low == high else root(lambda share: float(one(np.array([share]))[0]), low, high)
+            before, after = one(tried).tolist()
+            if before > 0.0 > after:
+                (low, high), ends = tried.tolist(), (before, after)
+        share = low if low == high else root(lambda share: float(one(np.array([share]))[0]), low, high, ends)
         if first is None or share < first[0]:
             first = share, k
     return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1], after=None)

@@ -187,15 +187,11 @@ class MachineDynamics:
         friction, on a stroke, where the anchor does not give the sides of meshes, or where the walk cannot be recorded.
         """
         machine, circuit, ratio = self.machine, self.circuit, self.ratio
-        if (
-            machine.has_joint_friction
-            or machine.scene.stroke is not None
-            or (len(machine.stages) > 1 and not anchor.factors)
-        ):
+        if machine.has_joint_friction or machine.scene.stroke is not None:
             return None
         programs = programs_of(machine.backwards if anchor.direction == -1.0 else machine)
-        program = programs.motion(anchor)
-        if program is None or anchor.direction == 0.0:
+        program = programs.motion(anchor)  # which serves `at`, too, until the anchor gives the sides of meshes
+        if program is None or anchor.direction == 0.0 or (len(machine.stages) > 1 and not anchor.factors):
             return None
         law, unknown, flywheel = programs.function(program, "math"), self.balance, self.inertia
 

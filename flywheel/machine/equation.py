@@ -18,9 +18,10 @@ needed, with slopes: series and cells of the steady regime use it. `machine.dyna
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -81,9 +82,14 @@ def balanced(inertias: Sequence[Any], bare: Sequence[Any], factors: Sequence[Any
 
     bare: ½ I' omega² - M of every part (N m), or its change. All may be numbers or arrays.
     """
-    weight = sum(k * i for k, i in zip(factors, inertias, strict=True))
-    acceleration = -sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
+    weight = _sum(k * i for k, i in zip(factors, inertias, strict=True))
+    acceleration = -_sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
     return acceleration, tuple(i * acceleration + b for i, b in zip(inertias, bare, strict=True))
+
+
+def _sum(terms: Iterable[Any]) -> Any:
+    """The sum of numbers or arrays, at least one; `sum` would add the first of them to 0."""
+    return reduce(operator.add, terms)
 
 
 def lost(factors: Sequence[Any], residuals: Sequence[Any]) -> Any:
@@ -200,8 +206,8 @@ class Moments:
         moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
         # A change `bare` of every part's I' y - M + y' I alone also changes the acceleration: F by -sum (s k - 1) bare.
-        weight = np.asarray(sum(k * i for k, i in zip(factors, inertias, strict=True)))
-        share = np.asarray(sum(inertias)) / weight
+        weight = np.asarray(_sum(k * i for k, i in zip(factors, inertias, strict=True)))
+        share = np.asarray(_sum(inertias)) / weight
         shares = [share * k for k in factors]
         by_speed, by_inertia = np.zeros_like(omega), np.zeros_like(omega)
         for part, act, k in zip(self.parts, acting, shares, strict=True):
@@ -385,7 +391,7 @@ def _together(acting: list[Rate]) -> Rate:
     """The sum of the rates of all parts."""
     if len(acting) == 1:
         return acting[0]
-    columns: list[Any] = [sum(column) for column in zip(*(act[:-1] for act in acting), strict=True)]
+    columns: list[Any] = [_sum(column) for column in zip(*(act[:-1] for act in acting), strict=True)]
     return Rate(*columns)
 
 
@@ -395,11 +401,12 @@ def _with_mesh_losses(factors: Sequence[Array], acting: list[Rate], moved: list[
     M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, of a very low
     efficiency, keeps its digits.
     """
-    rows = list(zip(factors, acting, moved, strict=True))
+    lost_moved = [(k - 1.0) * inert for k, inert in zip(factors, moved, strict=True)]
+    rows = list(zip(factors, acting, lost_moved, strict=True))
     return (
-        np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
-        np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
-        np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
+        np.asarray(_sum(k * act.moment - inert for k, act, inert in rows)),
+        np.asarray(_sum(k * act.by_unknown for k, act, _ in rows)),
+        np.asarray(_sum(k * act.exchanged + np.abs(inert) for k, act, inert in rows)),
     )
 
 

@@ -128,7 +128,7 @@ def steady_speeds(moments: Moments) -> list[tuple[float, bool]]:
         grid, works = _scanned(moments, decades, losing=False)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
         roots = [
-            (root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
+            (root(lambda w: float(moments.net_work(w)), a, b, (before, after)), before > 0.0)
             for (a, before), (b, after) in pairwise(points)
             if before * after < 0.0 or (after == 0.0 and before != 0.0)
         ]
@@ -174,7 +174,7 @@ def _humps(moments: Moments, grid: Array, works: Array, *, every: bool = False) 
     """Peaks below zero and troughs above it that may cross zero: there are then two speeds near them.
 
     A smooth peak rises above its highest sample by no more than it falls to the next, so flat ones are left out, and unless
-    `every` one is needed also those far from zero.
+    `every` one is needed also those far from zero, which are followed only until they prove to be.
     """
     sign, peaks = -np.sign(works), []
     for k in 1 + np.flatnonzero(humped(works)[0 if every else 1]):
@@ -184,6 +184,7 @@ def _humps(moments: Moments, grid: Array, works: Array, *, every: bool = False) 
             float(np.log(grid[k + 1])),
             _NEAR_HUMP,
             enough=0.0,
+            above=np.inf if every else _ABOVE_SAMPLES,
         )
         peaks.append((float(np.exp(log_speed)), float(sign[k]) * height))
     return peaks
@@ -223,8 +224,8 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
             return speed
         for reach in (1e-3, 1e-2, 1e-1, 0.5):
             low, high = speed * (1.0 - reach), speed * (1.0 + reach)
-            if net(low) > 0.0 > net(high):
-                return root(net, low, high)
+            if (before := net(low)) > 0.0 > (after := net(high)):
+                return root(net, low, high, (before, after))
         return speed
 
     speeds = steady_speeds(moments)

@@ -562,7 +562,7 @@ def lift_at(lift: Lift, angle: Array, anchor: Array | None = None) -> tuple[Arra
     middle = angle if anchor is None else anchor
     turns = lift.period * np.floor(middle / lift.period)
     if angle.dtype == object:
-        jet = lift.curve.jet(angle[0] - turns[0], float(middle[0] - turns[0]), recording.NAMESPACE)
+        jet = lift.curve.jet(angle[0] - turns[0], middle[0] - turns[0], recording.NAMESPACE)
         value, first, second = (np.array([part], dtype=object) for part in (jet.value, jet.first, jet.second))
         return value, first, second
     jet = lift.curve.jet(angle - turns, middle - turns, np)

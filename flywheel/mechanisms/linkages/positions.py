@@ -307,15 +307,21 @@ class Solution:
     def recorded(self, q: Recorded, anchor: Any) -> Track:
         """All variables at one recorded coordinate, as by `movement`, with a sufficient number of Newton steps.
 
-        Cams follow the formula that holds at the anchor, which only a linkage without them may have recorded.
+        Cams follow the formula that holds at the anchor, which may be recorded too.
 
         Raises TypeError if no number is known to be sufficient.
         """
-        z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
-        cams = any(relation.lift is not None for relation in equations.loops.relations)
-        at = self.movement(np.array([float(anchor)])).value if cams else None
-        for _ in range(self.steps if z.shape[1] > 1 else 0):
-            z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z, at)), axis=1)
+        equations, nothing, at = self.equations, np.zeros((1, 1)), None
+
+        def settled(coordinate: Any) -> Array:
+            z = self._predicted(np.array([coordinate / self.scale]))
+            for _ in range(self.steps if z.shape[1] > 1 else 0):
+                z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z, at)), axis=1)
+            return z
+
+        if any(relation.lift is not None for relation in equations.loops.relations):
+            at = settled(anchor) if isinstance(anchor, Recorded) else self.movement(np.array([float(anchor)])).value
+        z = settled(q)
         if not z.shape[1] > 1:
             return Track(z, 1.0 + nothing, nothing)
         bases = equations.bases(z, at)
