@@ -50,7 +50,7 @@ class Senses(NamedTuple):
 
     def at(self, phi: Any) -> Any:
         """The sign at crank angles phi."""
-        if isinstance(phi, Recorded) and phi.value is None:  # in any piece
+        if isinstance(phi, Recorded) and phi.value is None and self.dead_centres.dtype != object:  # of any piece
             return phi.recorder.tabulated(phi, self.dead_centres.tolist(), [self.signs.tolist()])[0]
         return self.signs[np.searchsorted(self.dead_centres, phi)]
 

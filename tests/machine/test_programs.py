@@ -179,15 +179,24 @@ def test_machine_code_gives_the_same(path):
 
 
 def test_cells_of_all_pieces_are_recorded_at_once_when_that_pays():
-    machine = machine_of(PRESS)
-    mesh = cells(machine.mesh)
-    walks = [programs_of(machine).cells(mesh.phi, mesh.anchor) for _ in range(8)]
-    assert "over_cycle" in vars(programs_of(machine))
-    for walk in walks[1:]:
-        for value, expected in zip(walk, walks[0], strict=True):
-            np.testing.assert_allclose(value, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
-    table = machine_of(PRESS.with_name("table-linear.toml"))  # its pieces are told apart by more than a choice of values
-    assert programs_of(table).over_cycle is None
+    for path in (PRESS, PRESS.with_name("table-linear.toml")):  # the other has a load that acts one way alone
+        machine = machine_of(path)
+        mesh = cells(machine.mesh)
+        walks = [programs_of(machine).cells(mesh.phi, mesh.anchor) for _ in range(8)]
+        assert programs_of(machine).over_cycle is not None
+        for walk in walks[1:]:
+            for value, expected in zip(walk, walks[0], strict=True):
+                np.testing.assert_allclose(value, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["six_bar", "whitworth", "cam_press"])
+def test_pieces_of_a_linkage_are_recorded_at_once(name):
+    machine = machine_of(HERE.parents[1] / "examples" / "linkages" / f"{name}.toml")
+    programs = programs_of(machine)
+    for anchor, phi in pieces(machine):
+        assert motion_differences(machine, Anchor(anchor, None, None), phi) <= 1e-12
+    places = [programs.motion(Anchor(anchor, None, None)).operations for anchor, _ in pieces(machine)]
+    assert len(set(places)) == 1
 
 
 def test_loads_that_do_not_act_cost_nothing():
