@@ -79,11 +79,11 @@ class Step(NamedTuple):
             return self.dense.shortened(t - self.start).after
         return tuple(self.dense(t).tolist())
 
-    def steepest(self, k: int) -> float:
-        """The greatest rate of state k at the stages of an explicit step; infinite where it is not known."""
+    def reach(self, k: int) -> float:
+        """Bound of what state k may pass both its ends by, from its rates at the stages of an explicit step; else infinite."""
         if isinstance(self.dense, runge_kutta.MethodStep):
             slopes = [slope[k] for slope in self.dense.slopes]
-            return max(max(slopes), -min(slopes))
+            return 0.5 * (self.end - self.start) * max(max(slopes), -min(slopes))
         return np.inf
 
 

@@ -63,6 +63,7 @@ def _matrices() -> tuple[Array, Array, Array]:
 _FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
 _ONES: Array = np.ones(ORDER + 1)
 _ENDS: Array = np.stack(((-1.0) ** _DEGREES, _ONES), axis=1)
+AT_NODES: Array = np.cos(np.outer(_DEGREES, np.arccos(NODES)))  # a series with ORDER + 1 terms -> its values at the nodes
 _ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
 TAIL_OF_INTEGRAL = 0.04  # of `tails`, five times the cut-off terms: each T_k, k >= 21, and its alias move an integral by 0.2
 MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
@@ -231,6 +232,11 @@ def interpolated(values: Array, mesh: Cells, phi: Array) -> Array:
     """Interpolates values at the nodes of a mesh (cells, nodes) to any angles, in their shape."""
     cell, t = located(mesh, phi)
     return value(fit(values)[cell], t)
+
+
+def weights(t: Array) -> Array:
+    """Weights of the values at a cell's nodes that give the value at local abscissas (n,), (n, ORDER)."""
+    return basis(t, ORDER) @ _FIT.T
 
 
 def slope(series: Array, t: Array) -> Array:
@@ -473,8 +479,9 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
 
 
 # columns of values at the nodes -> their integral from the left end up to each node, and over the whole cell (half = 1)
-_UP_TO_NODES: Array = np.ascontiguousarray(basis(NODES) @ antiderivative(fit(np.eye(ORDER)), np.ones((1, 1))).T)
+_UP_TO_NODES: Array = np.ascontiguousarray(basis(NODES) @ antiderivative(_FIT, np.ones((1, 1))).T)
 _WHOLE: Array = integral(np.eye(ORDER), np.ones((ORDER, 1)))
+_UP_TO_EACH: Array = np.column_stack((_UP_TO_NODES.T, _WHOLE))
 
 _MILD = 4.0  # exponent: what changes grow or decay by within a cell whose nodes resolve it to rounding
 _STEEP = 5.0  # exponent: changes that grow or decay by more than exp of it are followed from where they only decay
@@ -580,7 +587,7 @@ def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, 
     if jacobian.shape[-2] > 1:
         return _chained(*_eliminated(half, jacobian, by_parameter, at_nodes, at_edges))
     slope = jacobian[..., 0, 0, :]
-    exponents = half[..., None] * (slope @ np.column_stack((_UP_TO_NODES.T, _WHOLE)))
+    exponents = half[..., None] * (slope @ _UP_TO_EACH)
     solved, gained = _faded(half, exponents, slope, by_parameter[..., 0, :, :], at_nodes, at_edges)
     steep = np.abs(exponents).max(axis=-1) > _MILD
     if steep.any():

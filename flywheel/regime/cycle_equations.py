@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from flywheel.machine.equation import Moments, NoMotionError, Rate, undefined
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Changes, Index
+from flywheel.numerics.cells import ORDER, ROUNDING, Array, Cells, Changes, Index
 from flywheel.numerics.faults import Fault
 
 _MOST_STEPS = 40
@@ -269,7 +269,7 @@ def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, ow
     force = moments.rate(omega, unknown, inertia, steady).moment
     rising = cells.antiderivative(cells.fit(force), mesh.half)
     edges = cells.accumulated(rising)
-    nodes = edges[..., :-1, None] + rising @ cells.basis(NODES).T
+    nodes = edges[..., :-1, None] + rising @ cells.AT_NODES
     left = (edges[..., -1] / ends[..., -1])[..., None]
     nodes, edges = nodes - left[..., None] * mesh.phi, edges - left * ends
     variation = _CycleInertia(moments)
@@ -470,7 +470,7 @@ class _CycleInertia:
         mesh = moments.mesh
         self.rising = cells.antiderivative(cells.fit(moments.slope), mesh.half)
         self.edges = cells.accumulated(self.rising)
-        self.nodes = self.edges[..., :-1, None] + self.rising @ cells.basis(NODES).T
+        self.nodes = self.edges[..., :-1, None] + self.rising @ cells.AT_NODES
         self.start = cells.ends(cells.fit(moments.inertia[..., 0, :]))[..., 0]
 
 
@@ -591,7 +591,7 @@ class _RegimeEquations:
         spend(_PER_STEP + self.mesh.phi.size)
         by_state, by_parameter = self.slopes(state, here)
         rising, edges = cells.antiderivative(cells.fit(here.rates), self.mesh.half[..., None]), state.edges
-        at_nodes = edges[..., :-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
+        at_nodes = edges[..., :-1, :, None] + rising @ cells.AT_NODES - state.nodes
         at_edges = edges[..., :-1, :] + rising.sum(axis=-1) - edges[..., 1:, :]
         through = self.mesh.half[..., 0], by_state, by_parameter, at_nodes, at_edges
         if self.levelled:
@@ -618,12 +618,11 @@ class _RegimeEquations:
     def _of_extremes(self, state: State, here: _NodeSpeeds, change: Changes, at: SpeedExtremes) -> tuple[Array, Array]:
         """The equations on the extremes of speed."""
         states = state.nodes.shape[-2]
-        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
         columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[..., 0, :, :]
         at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[..., 0, :].copy()
         at_edge[..., 0] += 1.0  # edge_start leaves out what the energy itself starts with
         inside, edge = np.abs(at.t) < 1.0, at.cell + (at.t > 0.0)
-        within = np.einsum("...kj,...kjp->...kp", weights, self._at(columns, at.cell))
+        within = np.einsum("...kj,...kjp->...kp", cells.weights(at.t), self._at(columns, at.cell))
         energy = np.where(inside[..., None], within, self._at(at_edge, edge))
         w = np.asarray(self.w)[..., None]
         scale = at.total * w * (1.0 + at.excess)

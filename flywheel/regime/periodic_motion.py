@@ -348,9 +348,10 @@ class _RegimeSearch(NamedTuple):
         unstable: OwnMotion | None = None
         failure: NoRegimeError | BudgetError | None = None
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
-        if self.fading(inertia, unknown) > STIFF:
+        fading = self.fading(inertia, unknown)
+        if fading > STIFF:
             ways[:2] = ways[1::-1]
-        elif self.damped(inertia, unknown):
+        elif fading > _DAMPED:
             ways = [self.by_continuation, self.from_nothing, self.from_balance]
             ways = ways if self.demand.inertia is None else [self.from_balance, *ways[:2], self.from_even]
         for way in ways[:2] if directly else ways:

@@ -110,6 +110,11 @@ class Cycle(NamedTuple):
         work, variation = self.start[:, cell] + local
         return work, variation
 
+    def at_nodes(self) -> tuple[Array, Array]:
+        """The same at the nodes of its cells."""
+        work, variation = self.start[:, :-1, None] + self.rising @ cells.AT_NODES
+        return work, variation
+
 
 def resolve(machine: Machine, edges: Array) -> Cycle:
     """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
@@ -667,7 +672,7 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
     For a run with its own cycle and speed, these are used.
     """
     cycle, speed = motion.cycle or cycle, motion.speed or speed
-    work, variation = cycle.at(*cells.located(cycle.mesh, phi))
+    work, variation = cycle.at_nodes() if phi is cycle.mesh.phi else cycle.at(*cells.located(cycle.mesh, phi))
     total = motion.inertia + cycle.inertia_at_start + variation
     s = (2 * motion.offset + 2 * work - speed**2 * variation) / (speed**2 * total)
     return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
@@ -694,7 +699,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     """
 
     def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
-        mesh = cells.cells(edges)
+        mesh = cycle.mesh if edges is first else cells.cells(edges)
         slowness = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
         total = float(cells.integral(slowness, mesh.half).sum())
         shares = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(slowness)) * mesh.half[:, 0] / total

@@ -165,7 +165,8 @@ def _cycle_in_time(
 
     with counted(stop) as tally:
         steps = one_cycle(dynamics, speed, scale, first, tight)
-    (_, high), (_, low) = extreme(steps, +1.0), extreme(steps, -1.0)
+    reaches = [step.reach(1) for step in steps]
+    (_, high), (_, low) = (extreme(steps, sign, reaches) for sign in (1.0, -1.0))
     last = steps[-1]
     closing = scale * (last.last[1] - u)
     period = last.end / speed
@@ -257,17 +258,21 @@ def _turns(values: Array) -> Array:
     return np.asarray(roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)])
 
 
-def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
-    """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that may contain it."""
+def extreme(steps: list[Step], sign: float, reaches: Sequence[float] | None = None) -> tuple[float, float]:
+    """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that may contain it.
+
+    `reaches` of u in the steps, where they are known.
+    """
     after = [sign * float(step.last[1]) for step in steps]
     time, best = max(zip((step.end for step in steps), after, strict=True), key=lambda item: item[1])
     before = [sign * float(steps[0].first[1]), *after[:-1]]
     if before[0] > best:
         time, best = steps[0].start, before[0]
-    for step, pair in zip(steps, zip(before, after, strict=True), strict=True):
-        width = step.end - step.start
-        if max(pair) + 0.5 * width * step.steepest(1) < best:
+    reaches = [step.reach(1) for step in steps] if reaches is None else reaches
+    for step, pair, reach in zip(steps, zip(before, after, strict=True), reaches, strict=True):
+        if max(pair) + reach < best:
             continue
+        width = step.end - step.start
         values = sign * step.dense(step.start + width * _SAMPLES)[1]
         if values.max() + 0.25 * np.ptp(values) < best:
             continue
