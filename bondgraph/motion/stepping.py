@@ -80,7 +80,7 @@ class Step(NamedTuple):
         return tuple(self.dense(t).tolist())
 
     def reach(self, k: int) -> float:
-        """Bound of what state k may pass both its ends by, from its rates at the stages of an explicit step; else infinite."""
+        """Bound of what state k may pass both its ends by: by its rates at the stages of an explicit step, else infinite."""
         if isinstance(self.dense, runge_kutta.MethodStep):
             slopes = [slope[k] for slope in self.dense.slopes]
             return 0.5 * (self.end - self.start) * max(max(slopes), -min(slopes))

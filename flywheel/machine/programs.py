@@ -60,7 +60,7 @@ _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for bran
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
 _RECORDING_ERRORS = (TypeError, ValueError, ArithmeticError)  # what cannot be recorded, or a law that is not defined
-_MANY_PIECES, _MANY_LINKED = 24, 3  # of a machine, as of one with a table, or with a linkage: one recording then serves all
+_SEVERAL = 3  # edges of pieces: one recording then serves all
 _ZERO_DISTANCE = 1e-6  # of the cycle: how far off a step of Newton's method may see the zero that an angle is
 _JETS = jet_namespace(NAMESPACE)
 
@@ -198,8 +198,8 @@ class Programs:
     @cached_property
     def _over_pieces(self) -> Callable[[Anchor], tuple[Program, None]] | None:
         """The same from one recording, by what an anchor decides in it; None where few pieces do not make that pay."""
-        edges, linked = self.machine.switches, any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
-        if edges.size < (_MANY_LINKED if linked else _MANY_PIECES) or not self._of_pieces or self.machine.switches_at_speeds:
+        edges = self.machine.switches
+        if edges.size < _SEVERAL or not self._of_pieces or self.machine.switches_at_speeds:
             return None
         recorder = Recorder()
         arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
@@ -218,8 +218,20 @@ class Programs:
         anchors, phi = middle[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
         self._compare(partial(program.function("numpy"), anchors), anchors, phi, speed, 0.0, [])
         early, late = program.split(4)
-        decided, bound = early.function("math"), late.bound([0.0] * len(early.outputs))
-        return lambda anchor: (bound._replace(places=(*decided(anchor.phi), *late.places)), None)
+        decided, kinds = early.function("math"), dict[tuple[bool | float | None, ...], Program]()
+        linked = any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
+
+        def of_piece(anchor: Anchor) -> tuple[Program, None]:
+            values = decided(anchor.phi)
+            chooses = (not linked and (value == 0.0 or type(value) is bool) for value in values)
+            kind = tuple(value if chosen else None for value, chosen in zip(values, chooses, strict=True))
+            if kind not in kinds:  # loads that do not act in a piece cost nothing there, which is little beside a linkage
+                known = {n: value for n, value in enumerate(kind) if value is not None}
+                kinds[kind] = late.chosen(known).bound(values)
+            program = kinds[kind]
+            return program._replace(places=(*values, *program.places[len(values) :])), None
+
+        return of_piece
 
     def _terms(
         self, anchor: Any, phi: Any, omega: Any, time: Any, unknown: Any, *, deciding: Sequence[Any] = ()
