@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import operator
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, reduce
 from itertools import accumulate, combinations
 from numbers import Real
@@ -718,30 +718,6 @@ class Program(NamedTuple):
         used = (n for k, (_, *operands) in enumerate(self.operations) if depends[first + k] for n in operands)
         passed = sorted({n for n in (*used, *self.outputs) if not depends[n] and not whole <= n < first})
         return self._between(own, passed), self._between([*passed, *(n for n in range(whole) if depends[n])], self.outputs)
-
-    def chosen(self, known: Mapping[int, bool | float]) -> Program:
-        """The program for inputs, by their numbers, that are known to be true, false or 0: what has no effect is left out.
-
-        >>> program = Program(("a", "b", "c"), (), (("multiply", 1, 2), ("where", 0, 3, 1)), (4,))
-        >>> program.chosen({0: True}).operations, program.chosen({0: False}).operations, program.chosen({0: True, 2: 0.0})
-        ((('multiply', 1, 2),), (), Program(inputs=('a', 'b', 'c'), places=(), operations=(), outputs=(2,)))
-        """
-        same, operations = dict[int, int](), list[tuple[Any, ...]]()
-        zeros = {n for n, value in known.items() if type(value) is not bool}
-        for n, (name, *numbers) in enumerate(self.operations, len(self.inputs) + len(self.places)):
-            operands = [same.get(number, number) for number in numbers]
-            nothing = [number for number in operands if number in zeros]
-            if name == "where" and operands[0] in known:
-                same[n] = operands[1 if known[operands[0]] else 2]
-            elif name in ("multiply", "negative") and nothing:
-                same[n] = nothing[0]
-            elif name == "add" and nothing:
-                same[n] = operands[0] if operands[1] in zeros else operands[1]
-            elif name == "subtract" and operands[1] in zeros:
-                same[n] = operands[0]
-            operations.append((name, *operands))
-        outputs = [same.get(n, n) for n in self.outputs]
-        return self._replace(operations=tuple(operations))._between(range(len(self.inputs)), outputs)
 
     def bound(self, values: Sequence[Any]) -> Program:
         """The program with values of its first inputs as places.

@@ -23,7 +23,7 @@ values at the nodes are the same. Where a design cannot be recorded, the reason 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -227,7 +227,7 @@ class Programs:
             kind = tuple(value if chosen else None for value, chosen in zip(values, chooses, strict=True))
             if kind not in kinds:  # loads that do not act in a piece cost nothing there, which is little beside a linkage
                 known = {n: value for n, value in enumerate(kind) if value is not None}
-                kinds[kind] = late.chosen(known).bound(values)
+                kinds[kind] = chosen(late, known).bound(values)
             program = kinds[kind]
             return program._replace(places=(*values, *program.places[len(values) :])), None
 
@@ -292,6 +292,31 @@ def programs_of(machine: Machine) -> Programs:
         machine.kept["programs"] = Programs(machine)
     programs: Programs = machine.kept["programs"]
     return programs
+
+
+def chosen(program: Program, known: Mapping[int, bool | float]) -> Program:
+    """A program for inputs, by their numbers, that are known to be true, false or 0: what has no effect is left out.
+
+    >>> program = Program(("a", "b", "c"), (), (("multiply", 1, 2), ("where", 0, 3, 1)), (4,))
+    >>> chosen(program, {0: True}).operations, chosen(program, {0: False}).operations, chosen(program, {0: True, 2: 0.0})
+    ((('multiply', 1, 2),), (), Program(inputs=('a', 'b', 'c'), places=(), operations=(), outputs=(2,)))
+    """
+    same, operations = dict[int, int](), list[tuple[Any, ...]]()
+    zeros = {n for n, value in known.items() if type(value) is not bool}
+    for n, (name, *numbers) in enumerate(program.operations, len(program.inputs) + len(program.places)):
+        operands = [same.get(number, number) for number in numbers]
+        nothing = [number for number in operands if number in zeros]
+        if name == "where" and operands[0] in known:
+            same[n] = operands[1 if known[operands[0]] else 2]
+        elif name in ("multiply", "negative") and nothing:
+            same[n] = nothing[0]
+        elif name == "add" and nothing:
+            same[n] = operands[0] if operands[1] in zeros else operands[1]
+        elif name == "subtract" and operands[1] in zeros:
+            same[n] = operands[0]
+        operations.append((name, *operands))
+    outputs = tuple(same.get(n, n) for n in program.outputs)
+    return program._replace(operations=tuple(operations), outputs=outputs).only(len(outputs))
 
 
 # -- with recorded numbers ---------------------------------------------------------------------------------------------
