@@ -60,7 +60,7 @@ _MOST_PROGRAMS = 64  # programs kept for one piece: each is another way for bran
 _SHARES = np.array([0.02, 0.14, 0.31, 0.47, 0.66, 0.85, 0.99])  # of a piece: where a program is compared with the walk
 _PROGRAM_ERROR = 1e-10  # of the sum of what makes up a value: by how much they may differ
 _RECORDING_ERRORS = (TypeError, ValueError, ArithmeticError)  # what cannot be recorded, or a law that is not defined
-_SEVERAL = 3  # edges of pieces: one recording then serves all
+_SEVERAL, _MANY_PIECES = 3, 24  # edges of pieces: one recording then serves all; those of a machine with a table
 _ZERO_DISTANCE = 1e-6  # of the cycle: how far off a step of Newton's method may see the zero that an angle is
 _JETS = jet_namespace(NAMESPACE)
 
@@ -211,7 +211,7 @@ class Programs:
             return None
         middle, speed, law = 0.5 * (edges[:-1] + edges[1:]), self.machine.typical_speed, program.function("math")
         try:
-            for angle in middle.tolist():
+            for angle in middle[:: 1 + middle.size // _MANY_PIECES].tolist():
                 law(angle, angle, speed, 0.0, 1.0)
         except (ValueError, ArithmeticError):  # a law that is not defined where it does not act
             return None
@@ -219,13 +219,14 @@ class Programs:
         self._compare(partial(program.function("numpy"), anchors), anchors, phi, speed, 0.0, [])
         early, late = program.split(4)
         decided, kinds = early.function("math"), dict[tuple[bool | float | None, ...], Program]()
+        # loads that do not act in a piece cost nothing there; which is little beside a linkage, or a choice for each row
         linked = any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
+        chooses = edges.size < _MANY_PIECES and not linked
 
         def of_piece(anchor: Anchor) -> tuple[Program, None]:
             values = decided(anchor.phi)
-            chooses = (not linked and (value == 0.0 or type(value) is bool) for value in values)
-            kind = tuple(value if chosen else None for value, chosen in zip(values, chooses, strict=True))
-            if kind not in kinds:  # loads that do not act in a piece cost nothing there, which is little beside a linkage
+            kind = tuple([v if v == 0.0 or type(v) is bool else None for v in values]) if chooses else ()
+            if kind not in kinds:
                 known = {n: value for n, value in enumerate(kind) if value is not None}
                 kinds[kind] = chosen(late, known).bound(values)
             program = kinds[kind]
