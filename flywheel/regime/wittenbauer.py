@@ -100,8 +100,8 @@ class Figures(NamedTuple):
 
     `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the required one. `roots` are those
     of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that is more
-    accurate. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` the reference of the
-    flywheels' relative errors; `apart` are the errors (J) of the fluctuations of W and of W - w²I*/2.
+    accurate. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` the reference of its
+    relative error; `errors` are those of all flywheels, None in an analysis.
     """
 
     cycle: Cycle
@@ -114,7 +114,7 @@ class Figures(NamedTuple):
     total: float = 0.0
     error: float = 0.0
     scale: float = 1.0
-    apart: tuple[float, float] = (0.0, 0.0)
+    errors: FlywheelErrors | None = None
 
     @property
     def accumulated(self) -> tuple[float, float]:
@@ -171,13 +171,15 @@ def refined(
 
     def evaluated(edges: Array) -> tuple[tuple[Cycle, Figures, Run | None], float, Coarse]:
         whole = cycle_on(edges)
-        cycle = whole._replace(errors=whole.errors._replace(residual=0.0))  # no cell can mend what is left over
+        cycle = whole
+        if whole.errors.residual:  # no cell can mend what is left over
+            cycle = whole._replace(errors=whole.errors._replace(residual=0.0))
         figures = figures_of(cycle, speed, eps)
         motion = motion_of(figures)
         greatest = float(np.abs(cycle.series[2]).sum(axis=-1).max())
         of_inertia = min(cycle.errors.inertia, cycle.errors.variation) / greatest if greatest > 0.0 else 0.0
         error = max(turning_moment.work_error(cycle), motion.error if motion else 0.0, of_inertia)
-        if (wheels := flywheel_errors(figures)) is not None:
+        if (wheels := figures.errors) is not None:
             error = max(error, figures.error / figures.scale, wheels.approximate, wheels.inertia_torque_flywheel)
 
         def coarse(share: float) -> NDArray[np.bool_]:
@@ -197,7 +199,7 @@ def refined(
 def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figures:
     """The extremes of W, of W - z w²I*/2 with z of the fastest and the slowest point and 1, and of I*, over a cycle.
 
-    Raises SceneError where the flywheel leaves the floating-point range.
+    Raises SceneError where a required flywheel leaves the floating-point range.
     """
     square, eps = speed**2, irregularity or 0.0
     fast, slow = -0.5 * (1 + eps / 2) ** 2 * square, -0.5 * (1 - eps / 2) ** 2 * square
@@ -214,26 +216,44 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
         greatest = cycle.inertia_at_start + float(extremes.greatest[_INERTIA])
     inertia = ReducedInertia(max(least, 0.0), greatest, mean)
     figures = Figures(cycle, speed, irregularity, extremes, roots.of(_WORK), extent, inertia)
-    if not eps:
-        return figures
-    errors, unit = cycle.errors, max(eps * square, 5e-324)
-    total = float(extremes.greatest[_FAST] - extremes.least[_SLOW]) / unit
-    functions = ((_FAST, _SLOW), (-fast, -slow)), ((_WORK, _WORK), (0.0, 0.0)), ((_TORQUE, _TORQUE), (0.5 * square,) * 2)
-    error, *apart = turning_moment.errors_of_differences(cycle, extremes, functions)
-    error /= unit
-    error += errors.start + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
-    exact = total - cycle.inertia_at_start
-    scale = max(exact, figures.fluctuation / unit)
+    return _with_flywheels(figures, eps, (-fast, -slow)) if eps else figures
+
+
+def _with_flywheels(figures: Figures, irregularity: float, factors: tuple[float, float]) -> Figures:
+    """The figures with the exact total flywheel and the errors of all flywheels; `factors` are those of z w²/2.
+
+    If an approximate flywheel is 0, because the machine's own inertia suffices, only the total has an error; an exact 0 has
+    the error of the figure before its floor. The net work of the cycle is part of each. If figure and fluctuation are only
+    rounding, the errors are relative to the machine's inertia and the work exchanged.
+    """
+    cycle, square, (greatest, least) = figures.cycle, figures.speed**2, figures.extremes[:2]
+    errors, unit = cycle.errors, max(irregularity * square, 5e-324)
+    residual, total = errors.residual / unit, float(greatest[_FAST] - least[_SLOW]) / unit
+    functions = ((_FAST, _SLOW), factors), ((_WORK, _WORK), (0.0, 0.0)), ((_TORQUE, _TORQUE), (0.5 * square,) * 2)
+    error, *apart = turning_moment.errors_of_differences(cycle, figures.extremes, functions)
+    error = error / unit + errors.start + 4 * ROUNDING * (abs(total) + cycle.inertia_at_start)
+    exact, fluctuation = total - cycle.inertia_at_start, figures.fluctuation / unit
+    scale = max(exact, fluctuation)
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
         scale = max(scale, _at_hand(cycle, unit))
-    error += errors.residual / unit
+    error += residual
     if exact < -error:  # the machine's own inertia suffices, whatever rounding did: the figure is 0
         error = 0.0
     if not np.isfinite(total) or not np.isfinite(error):
         what = f"a flywheel of {total:g} kg m²"
         expected, advice = "a figure within the floating-point range", "check the scene's units"
         raise SceneError([Fault("flywheel.irregularity", what, expected, advice)])
-    return figures._replace(total=total, error=error, scale=scale, apart=(apart[0], apart[1]))
+    relative, of_inertia = [], figures.extent.error + min(figures.extent.error, errors.variation)  # of `reduced_inertia` too
+    for row, off in zip((_WORK, _TORQUE), apart, strict=True):
+        figure = float(greatest[row] - least[row]) / unit
+        off = off / unit + 4 * ROUNDING * figure
+        own = figure - figures.extent.least  # the flywheel's share: an error of I* does not count if it is surely below 0
+        for size, wrong in ((figure, off), (own, off + of_inertia if own >= -(off + of_inertia) else off)):
+            size = max(size, fluctuation)
+            relative.append((wrong + residual) / (size if size > 4 * wrong else max(size, _at_hand(cycle, unit))))
+    _, approximate, torque, of_torque = relative
+    of_all = FlywheelErrors(error / scale or torque, approximate, torque, of_torque)
+    return figures._replace(total=total, error=error, scale=scale, errors=of_all)
 
 
 def _at_hand(cycle: Cycle, unit: float) -> float:
@@ -316,40 +336,3 @@ def proven_bounds(approximate_total: float, inertia: ReducedInertia, irregularit
     spread = (1 + irregularity**2 / 4) * (inertia.max - inertia.min) / (2 * irregularity)
     middle = approximate_total - 0.5 * (inertia.max + inertia.min)
     return middle - spread, middle + spread
-
-
-def flywheel_errors(figures: Figures) -> FlywheelErrors | None:
-    """The errors of the flywheels; None in an analysis.
-
-    If an approximate flywheel is 0, because the machine's own inertia suffices, only the total has an error; an exact 0 has
-    the error of the figure before its floor. The net work of the cycle is part of each. If figure and fluctuation are only
-    rounding, the errors are relative to the machine's inertia and the work exchanged.
-    """
-    if figures.irregularity is None:
-        return None
-    errors, square = figures.cycle.errors, figures.speed**2
-    unit = figures.irregularity * square
-    fluctuation = figures.fluctuation / unit
-    torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
-    least, _, least_error, _ = figures.extent
-    by_slope = min(least_error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
-    areas_error = figures.apart[0] / unit + 4 * ROUNDING * fluctuation
-    torque_error = figures.apart[1] / unit + 4 * ROUNDING * torque
-
-    def relative(error: float, figure: float) -> float:
-        scale = max(figure, fluctuation)
-        scale = scale if scale > 4 * error else max(scale, _at_hand(figures.cycle, unit))
-        return (error + errors.residual / unit) / scale
-
-    def net(total: float, error: float) -> float:
-        """The error of a total less the least I*."""
-        whole = error + least_error + by_slope
-        return error if total - least < -whole else whole
-
-    inertia_torque = relative(torque_error, torque)
-    return FlywheelErrors(
-        exact=figures.error / figures.scale or inertia_torque,
-        approximate=relative(net(fluctuation, areas_error), 0.0),
-        inertia_torque=inertia_torque,
-        inertia_torque_flywheel=relative(net(torque, torque_error), max(torque - least, 0.0)),
-    )

@@ -458,7 +458,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
     """Estimated error of every figure, with that of the fit of friction's moment."""
     figures, motion, machine = regime.figures, regime.motion, regime.machine
-    wheels, work = wittenbauer.flywheel_errors(figures), turning_moment.work_error(figures.cycle)
+    wheels, work = figures.errors, turning_moment.work_error(figures.cycle)
     friction = 0.0 if machine.friction is None else 2 * machine.friction.error
     share = friction / max(figures.fluctuation, 1e-300)
     loose = 0.0 if regime.cyclic is None else 2 * regime.cyclic.constant_speed_error
