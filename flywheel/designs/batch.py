@@ -374,7 +374,7 @@ def _polished(series: Array, t: Array, left: Array, right: Array) -> Array:
             break
     lost = np.abs(step) > 1e-5
     if lost.any():
-        here[lost] = cells.newton(series[:, lost].T, here[lost], left[lost], right[lost])
+        here[lost] = cells.halley(series[:, lost].T, here[lost], left[lost], right[lost])[0]
     return here
 
 
@@ -454,8 +454,8 @@ def moved(engine: Callable[[DesignValues], Sums], givens: DesignValues, inertia:
 def figures(sums: Sums, givens: DesignValues) -> tuple[dict[str, Array], dict[str, Array], Array]:
     """Figures by their names, their errors, and the error of every design that halving cells must bring within rtol.
 
-    They are those of `wittenbauer.figures_of`, `flywheel` and `flywheel_errors`, with the same scales; with the required
-    flywheel the greatest and the least speed are at the figure's two extremes.
+    They are those of `wittenbauer.figures_of` and `flywheel`, with the same scales; with the required flywheel the greatest
+    and the least speed are at the figure's two extremes.
     """
     square, eps, start = givens.speed**2, givens.irregularity, sums.start
     unit = np.maximum(eps * square, 5e-324)

@@ -31,7 +31,7 @@ MIDDLE = ORDER // 2
 ROUNDING = float(np.finfo(np.float64).eps)
 
 NODES: Array = np.sin(np.pi * (np.arange(ORDER) - MIDDLE) / ORDER)
-_MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; last step, whose square is negligible
+_MOST_STEPS, _SETTLED = 5, 1e-9  # of Halley's method towards a root; last step, whose cube is negligible
 _DEGREES = np.arange(ORDER + 1)
 _OF_ROUNDING = 24  # units of rounding: greatest error of the fit of a constant
 MOST_CELLS = 40_000
@@ -61,6 +61,7 @@ def _matrices() -> tuple[Array, Array, Array]:
 
 
 _FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
+_TWICE: Array = np.hstack((np.eye(ORDER), _DIFFERENTIATE, _DIFFERENTIATE @ _DIFFERENTIATE))  # series -> itself, slope, bend
 _ONES: Array = np.ones(ORDER + 1)
 _ENDS: Array = np.stack(((-1.0) ** _DEGREES, _ONES), axis=1)
 AT_NODES: Array = np.cos(np.outer(_DEGREES, np.arccos(NODES)))  # a series with ORDER + 1 terms -> its values at the nodes
@@ -249,6 +250,12 @@ def derivative(series: Array) -> Array:
     return series @ _DIFFERENTIATE
 
 
+def derivatives(series: Array, t: Array) -> Array:
+    """Value, first and second derivative by t of each row of coefficients at its own local abscissa, (3, rows)."""
+    rows = (series @ _TWICE).reshape(-1, 3, ORDER)
+    return np.asarray((rows @ basis(t, ORDER)[:, :, None])[..., 0].T)
+
+
 def greatest(series: Array) -> float:
     """The greatest value of a function given by its series on cells, (cells, ORDER)."""
     return float(extents(series)[1].max())
@@ -276,12 +283,7 @@ def extents(series: Array) -> tuple[Array, Array]:
     noise = 64 * ROUNDING * slope_size[turning].sum(axis=-1)
     roots = crossings(slopes[None, turning], noise[None])
     cell = turning[roots.cell]
-    return extents_with(series, cell, value(series[cell], roots.t))
-
-
-def extents_with(series: Array, cell: Index, inside: Array) -> tuple[Array, Array]:
-    """The same, by the function's values inside cells where its slope is zero."""
-    at_ends = ends(series)
+    inside, at_ends = value(series[cell], roots.t), ends(series)
     least, most = np.minimum(*at_ends.T), np.maximum(*at_ends.T)
     np.minimum.at(least, cell, inside)
     np.maximum.at(most, cell, inside)
@@ -358,10 +360,6 @@ class Crossings(NamedTuple):
     t: Array
     slope: Array
 
-    def only(self, chosen: Any) -> Crossings:
-        """A selection of the cells."""
-        return Crossings(self.function[chosen], self.cell[chosen], self.t[chosen], self.slope[chosen])
-
     def angles(self, mesh: Cells) -> Array:
         """Angles (rad) of the crossings; exactly an edge where the function jumps there."""
         inside = mesh.middle.take(self.cell) + mesh.half.take(self.cell) * self.t
@@ -395,13 +393,13 @@ def crossings(series: Array, noise: Array) -> Crossings:
     changes = signs[1:] * signs[:-1]
     changes[starts - 1] = 0.0
     at = (changes < 0.0).nonzero()[0]
-    # Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1
+    # from the secant's root, kept inside the gap; jumps stay at t = 1
     row = past.searchsorted(at, side="right")
     gap = GRID.size + at - past.take(row)
     low, left, right = values.take(at), GRID.take(gap), GRID.take(gap + 1, mode="clip")
     span = low - values.take(at + 1)
     share = low / np.where(span == 0.0, np.inf, span)
-    t, slope = _roots(rows.take(row, axis=0), left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
+    t, slope = halley(rows.take(row, axis=0), left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
     function, cell = np.divmod(row, number)
     roots = Crossings(function, cell, t, slope)
     hidden = _hidden(grid, level.take(looked))
@@ -409,22 +407,21 @@ def crossings(series: Array, noise: Array) -> Crossings:
         return roots
     both = zip(roots, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
     every = Crossings(*(np.concatenate(pair) for pair in both))
-    return every.only(np.lexsort((every.t, every.cell, every.function)))
+    order = np.lexsort((every.t, every.cell, every.function))
+    return Crossings(*(row[order] for row in every))
 
 
-def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
-    """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection if that fails."""
-    return _roots(rows, t, left, right)[0]
+def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Array]:
+    """Roots of series, one a row, from t within [left, right], and the slopes there.
 
-
-def _roots(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Array]:
-    """The same, with the slopes there."""
-    both = np.empty((len(rows), 2, rows.shape[-1]))
-    both[:, 0], both[:, 1] = rows, rows @ _DIFFERENTIATE
+    Halley's method, which trebles the digits with every evaluation of a series and its derivatives; bisection if that fails.
+    """
+    each = (rows @ _TWICE).reshape(-1, 3, ORDER)
     step = right - left
     for _ in range(_MOST_STEPS):
-        here, slope = (both @ basis(t, ORDER)[..., None])[..., 0].T
-        earlier, step = step, here / np.where(slope == 0.0, np.inf, slope)
+        here, slope, bend = (each @ basis(t, ORDER)[:, :, None])[..., 0].T
+        steep = slope - 0.5 * bend * here / np.where(slope == 0.0, np.inf, slope)
+        earlier, step = step, here / np.where(steep == 0.0, np.inf, steep)
         before, t = t, np.minimum(np.maximum(t - step, left), right)
         if not np.abs(t - before).max(initial=0.0) > _SETTLED:
             break
@@ -472,7 +469,7 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
         if at.size == 2:  # an odd one is already known from the signs of the grid
             left, right = fine[at], fine[at + 1]
             start = left + values[at] / (values[at] - values[at + 1]) * (right - left)
-            roots = zip(*_roots(rows[[k, k]], start, left, right), strict=True)
+            roots = zip(*halley(rows[[k, k]], start, left, right), strict=True)
             gaps += [(k // number, k % number, t, slope) for t, slope in roots]
     columns = np.array(gaps, dtype=float).reshape(-1, 4)
     return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2], columns[:, 3])

@@ -747,7 +747,7 @@ class _RegimeEquations:
         square = (np.asarray(self.w)[..., None] ** 2 * (1.0 + s))[inside][:, None]
         moment, slope = (each.reshape(-1, ORDER)[row[inside]] for each in (here.rate.moment, self.moments.slope))
         ends = np.ones(len(row[inside]))
-        t[inside] = cells.newton(cells.fit(moment - 0.5 * square * slope), t[inside], -ends, ends)
+        t[inside] = cells.halley(cells.fit(moment - 0.5 * square * slope), t[inside], -ends, ends)[0]
         s, total = self._fluctuation(state, here, cell, t, settled)
         places = self._at(self.mesh.middle[..., 0], cell) + self._at(self.mesh.half[..., 0], cell) * t
         summits = np.stack((cells.peak(s, places), cells.peak(-s, places)), axis=-1)

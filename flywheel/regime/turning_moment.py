@@ -356,14 +356,11 @@ def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
     of dI*/dphi, which are among those given, or else are searched for.
     """
     roots = combined(cycle, np.array([[0.0, 1.0]]))[1] if roots is None else roots
-    least, greatest = cells.extents_with(cycle.series[2], roots.crossings.cell, roots.inertia)
-    low, high, errors = int(least.argmin()), int(greatest.argmax()), cycle.errors.inertias
-    return Extent(
-        float(least[low]),
-        float(greatest[high]),
-        float(max(errors[low], (least[low] - least + errors).max())),
-        float(max(errors[high], (greatest - greatest[high] + errors).max())),
-    )
+    values = np.concatenate((cells.ends(cycle.series[2]).T.ravel(), roots.inertia))
+    own, least, greatest = cycle.errors.inertias, values.min(), values.max()
+    errors = np.concatenate((own, own, own.take(roots.crossings.cell)))
+    errors_of_ends = (least - values + errors).max(), (values - greatest + errors).max()
+    return Extent(float(least), float(greatest), *map(float, errors_of_ends))
 
 
 def weightless(machine: Machine, phi: float, total: float) -> Fault:
@@ -492,7 +489,7 @@ class Roots(NamedTuple):
     def of(self, function: int) -> Roots:
         """The roots of one function."""
         own = slice(*self.crossings.function.searchsorted((function, function + 1)).tolist())
-        return Roots(self.crossings.only(own), self.angles[own], self.work[own], self.variation[own], self.inertia[own])
+        return Roots(Crossings(*(row[own] for row in self.crossings)), *(row[own] for row in self[1:]))
 
 
 def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
@@ -502,29 +499,21 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     places that only rounding distinguishes.
     """
     (count, _), shape = factors.shape, cycle.series.shape[1:]
-    slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
-    crossings = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
+    slopes, sizes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape), np.abs(factors)
+    crossings = cells.crossings(slopes, sizes @ cycle.noise)
     function, cell, powers = crossings.function, crossings.cell, cells.basis(crossings.t)
     work, variation = cycle.start.take(cell, axis=1) + (cycle.rising.take(cell, axis=1) * powers).sum(axis=-1)
     inertia = (cycle.series[2].take(cell, axis=0) * powers[:, :ORDER]).sum(axis=-1)
     roots = Roots(crossings, crossings.angles(cycle.mesh), work, variation, inertia)
-    # a row for every function and its negative: values at the edges, then at the roots, filled up with that at phi = 0
-    edges, at_edges, first = cycle.mesh.edges, factors @ cycle.start, function.searchsorted(np.arange(count + 1))
-    width = edges.size + int((first[1:] - first[:-1]).max())
-    values, places, off = np.empty((2, count, width)), np.zeros((count, width)), np.zeros((count, width))
-    values[0] = at_edges[:, :1]
-    values[0, :, : edges.size], places[:, : edges.size] = at_edges, edges
-    column = np.arange(edges.size, edges.size + function.size) - first[function]
-    values[0, function, column] = factors[:, 0].take(function) * work + factors[:, 1].take(function) * variation
-    places[function, column] = roots.angles
-    values[1] = -values[0]
-    errors, sizes, reached = cycle.errors, np.abs(factors), values.max(axis=-1)
+    # a row for every function and its negative: values at the edges, then at all roots
+    errors, edges = cycle.errors, cycle.mesh.edges
+    here = factors @ np.concatenate((cycle.start, (work, variation)), axis=1)
+    values, places = np.array((here, -here)), np.concatenate((edges, roots.angles))
+    values[:, :, edges.size :][:, function != np.arange(count)[:, None]] = -np.inf  # at roots of other functions
     inside = sizes @ errors.inside  # a place beside an extreme, or one as great but for it, may be greater
-    off[:, : edges.size - 1] = inside
-    off[:, 1 : edges.size] = np.maximum(off[:, 1 : edges.size], inside)
-    off[function, column] = inside[function, cell]
-    any_two = sizes @ (errors.work, errors.variation)
-    beside = (values + off).max(axis=-1) - reached
+    at_edges = inside[:, :1], np.maximum(inside[:, 1:], inside[:, :-1]), inside[:, -1:]
+    reached, any_two = values.max(axis=-1), sizes @ (errors.work, errors.variation)
+    beside = (values + np.concatenate((*at_edges, inside.take(cell, axis=1)), axis=1)).max(axis=-1) - reached
     angles = np.where(values >= (reached - cells.SAME * np.maximum(*reached))[..., None], places, np.inf).min(axis=-1)
     near = values >= (reached - 2.0 * any_two)[..., None]
     extremes = Extremes(
@@ -730,12 +719,10 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     cell = np.minimum(crossings.cell + at_end, cycle.mesh.half.size - 1)
     t = np.where(at_end, -1.0, crossings.t)
     noise = cycle.noise[0].take(cell) + cycle.errors.net / end
-    series = cycle.series[0].take(cell, axis=0)
-    slopes = cells.derivative(series)
-    powers = cells.basis(t, ORDER)
-    value, slope, bend = (np.abs((rows * powers).sum(axis=-1)) for rows in (series, slopes, cells.derivative(slopes)))
-    along = noise / np.maximum(slope, 1e-300)
-    along = along * (1.0 + 6.0 * along * bend / np.maximum(slope, 1e-300))
+    value, slope, bend = np.abs(cells.derivatives(cycle.series[0].take(cell, axis=0), t))
+    slope = np.maximum(slope, 1e-300)
+    along = noise / slope
+    along = along * (1.0 + 6.0 * along * bend / slope)
     errors = np.minimum(np.minimum(along, 2.0 * np.sqrt(2.0 * noise / np.maximum(bend, 1e-300))), 2.0)
     uncertain = ~at_end | ((value <= noise) & (crossings.cell + 1 < cycle.mesh.half.size))
     error = 4 * ROUNDING * end + float((cycle.mesh.half.take(cell) * errors)[uncertain].max(initial=0.0))
