@@ -408,7 +408,7 @@ def crossings(series: Array, noise: Array) -> Crossings:
     both = zip(roots, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
     every = Crossings(*(np.concatenate(pair) for pair in both))
     order = np.lexsort((every.t, every.cell, every.function))
-    return Crossings(*(row[order] for row in every))
+    return Crossings._make(row[order] for row in every)
 
 
 def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Array]:

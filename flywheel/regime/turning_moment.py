@@ -489,7 +489,7 @@ class Roots(NamedTuple):
     def of(self, function: int) -> Roots:
         """The roots of one function."""
         own = slice(*self.crossings.function.searchsorted((function, function + 1)).tolist())
-        return Roots(Crossings(*(row[own] for row in self.crossings)), *(row[own] for row in self[1:]))
+        return Roots(Crossings._make(row[own] for row in self.crossings), *(row[own] for row in self[1:]))
 
 
 def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
