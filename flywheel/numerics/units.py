@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -238,7 +239,29 @@ def parse_quantity(value: object, dimension: str | None) -> float:
         ...
     flywheel.numerics.units.QuantityError: found "1,5 m", expected a length such as ... write 1.5, not 1,5
     """
-    number = _in_text(value, dimension) if isinstance(value, str) else plain_number(value)
+    number = plain_number(value)
+    if isinstance(
+        value, str
+    ):  # the number, then its unit, then whether the unit fits; a number alone only if none is needed
+        parts = split_quantity(value) if len(value) <= _TEXT_LENGTH else None
+        if parts is None:
+            raise QuantityError(quote(value), _expected(dimension))
+        written, rest = parts
+        if comma := re.match(r",\s*([0-9]+)", rest):
+            whole = written.replace(".", "")
+            advice = f"write {whole}.{comma[1]}, not {whole},{comma[1]}"
+            if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", written):
+                advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
+            raise QuantityError(quote(value), _expected(dimension), advice)
+        if not rest and dimension not in (None, "number"):
+            si = DIMENSIONS[dimension].si
+            missing = f'write "{written} deg"' if dimension == "angle" else f"add a unit, or write {written} bare for {si}"
+            raise QuantityError(quote(value), _expected(dimension), missing)
+        try:
+            unit = _unit(rest, dimension) if rest else Unit()
+        except QuantityError as error:
+            raise QuantityError(quote(value), _expected(dimension), error.advice) from None
+        number = convert(written, unit)
     if number is None:
         raise QuantityError(show(value), _expected(dimension))
     if not abs(number) < math.inf:
@@ -355,31 +378,6 @@ def split_quantity(text: str) -> tuple[str, str] | None:
     return match.group().strip(), plain[match.end() :].strip()
 
 
-def _in_text(text: str, dimension: str | None) -> float:
-    """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone only if none is needed."""
-    parts = split_quantity(text) if len(text) <= _TEXT_LENGTH else None
-    if parts is None:
-        raise QuantityError(quote(text), _expected(dimension))
-    number, rest = parts
-    if comma := re.match(r",\s*([0-9]+)", rest):
-        whole = number.replace(".", "")
-        advice = f"write {whole}.{comma[1]}, not {whole},{comma[1]}"
-        if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", number):
-            advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
-        raise QuantityError(quote(text), _expected(dimension), advice)
-    unit = Unit()
-    if rest:
-        try:
-            unit = _unit(rest, dimension)
-        except QuantityError as error:
-            raise QuantityError(quote(text), _expected(dimension), error.advice) from None
-    elif dimension not in (None, "number"):
-        si = DIMENSIONS[dimension].si
-        missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
-        raise QuantityError(quote(text), _expected(dimension), missing)
-    return convert(number, unit)
-
-
 def exact_ratio(value: object, dimension: str | None) -> tuple[int, int]:
     """The SI value of a quantity as it is written, a ratio of two integers; 60 digits of pi where angles come in.
 
@@ -469,6 +467,7 @@ def _ratio(match: re.Match[str], unit: Unit) -> tuple[int, int]:
     return digits * unit.numerator * 10 ** max(power, 0), unit.denominator * 10 ** max(-power, 0)
 
 
+@lru_cache(1_000)  # scenes have a few units, each of them many times
 def _unit(text: str, dimension: str | None) -> Unit:
     """The unit that a text spells; one of the dimension, if that is known."""
     spelt = re.sub(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m.group().translate(_SUPERSCRIPTS), text.strip())
