@@ -648,9 +648,7 @@ def _sized(machine: Machine, rtol: float | None) -> Sizing:
     limited = replace(scene, limits=limits, duty=duty)
     if duty:
         return size(limited, rtol, simulate=False)
-    same = Machine(limited)
-    vars(same).update(vars(machine), scene=limited)  # all that does not depend on the requirements
-    return size(same, rtol, simulate=False)
+    return size(machine.with_requirements(limited), rtol, simulate=False)
 
 
 def _loads(sizing: Sizing) -> dict[str, float]:

@@ -150,6 +150,12 @@ class Machine:
     def __reduce__(self) -> tuple[Any, ...]:
         return Machine, (self.scene, self.friction)
 
+    def with_requirements(self, scene: Scene) -> Machine:
+        """The same machine, with all that is known of it, for a scene that differs in its requirements alone."""
+        machine = Machine.__new__(Machine)
+        vars(machine).update(vars(self), scene=scene)
+        return machine
+
     def __repr__(self) -> str:
         """Names the mechanisms, bonds and shafts instead of an address."""
         kinds = dict.fromkeys(m.type for m in self.scene.mechanisms) or ("rotor",)
@@ -230,14 +236,16 @@ class Machine:
     @cached_property
     def stages(self) -> tuple[MeshStage, ...]:
         """The crank and the shafts connected to it without loss, then every shaft whose mesh has losses, nearer first."""
-        scene, graph = self.scene, self.graph
+        scene, whole = self.scene, self.reduction
         lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
+        if not lossy:
+            return (MeshStage("crank", 0, 1.0, True, True, whole),)
         mine: dict[str, set[str]] = {shaft: set() for shaft in ("crank", *lossy)}
-        for shaft, names in self.one_ports.items() if lossy else ():
+        for shaft, names in self.one_ports.items():
             mine[self.stage_of(shaft)] |= names
         flywheel = self.stage_of(scene.flywheel_on)
         drive = self.stage_of(scene.drive.on) if scene.drive is not None else "crank"
-        whole, order = self.reduction, ["crank", *lossy]
+        order = list(mine)
         return tuple(
             MeshStage(
                 shaft=shaft,
@@ -245,7 +253,7 @@ class Machine:
                 efficiency=scene.efficiencies.get(shaft, 1.0),
                 carries_flywheel=flywheel == shaft,
                 drives=drive == shaft,
-                reduction=Reduction(graph, scene.reduction_element, only=names) if lossy else whole,
+                reduction=Reduction(self.graph, scene.reduction_element, only=names),
             )
             for shaft, names in mine.items()
         )
@@ -334,7 +342,7 @@ class Machine:
     @cached_property
     def sets_its_speed(self) -> bool:
         """Tests whether the moment depends on more than position, so that the motion must be solved for: speeds, losses."""
-        return self.depends_on_speed or len(self.stages) > 1
+        return self.scene.depends_on_speed or len(self.stages) > 1
 
     def family(self, mechanism: Mechanism) -> families.Family:
         """One of its mechanisms as a chain of velocities, with its masses, weights, ports and positions."""
@@ -735,6 +743,8 @@ class Machine:
     @cached_property
     def by_directions(self) -> float:
         """Error of M* by rounded directions of weights and their paths over sqrt(I*), sqrt(kg) m/s²."""
+        if not any(self._weights.values()):
+            return 0.0
         return families.by_directions(chain.from_iterable(self._weights.values()), self.scene.efficiencies.values())
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
