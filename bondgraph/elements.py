@@ -413,7 +413,7 @@ def function(law: Any) -> Function:
 
 def law_of(law: Any) -> Any:
     """A number as a float, a callable or symbolic object as a `Function`; finished laws unchanged."""
-    if law is None or isinstance(law, float):
+    if law is None or isinstance(law, float | Law | Modulus):
         return law
     if isinstance(law, int | np.floating | np.integer):
         return float(law)

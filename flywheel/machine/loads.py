@@ -172,29 +172,30 @@ class LoadLaw:
         return self._acting(here, anchor, 1)
 
     def _acting(self, here: Here, anchor: Here, part: int) -> Any:
-        """One of the coefficients where the load acts, 0 elsewhere."""
-        effort = self._coefficients(here, anchor)[part]
+        """Effort without the unknown's share (part 0), or per unit of it (1), where the load acts; 0 elsewhere."""
+        law = self._law
+        if law is None:
+            effort: Any = float(part)
+        elif isinstance(law, (float, Real)):
+            effort = 0.0 if part else self.direction * law if self.load.drag else law
+        elif isinstance(law, TableCurve):
+            effort = 0.0 if part else law(*self._angles(here, anchor, law.first))
+        elif part and self._unknown is None:
+            effort = 0.0
+        else:
+            angle, middle = self._angles(here, anchor) if "phi" in law.names else (0.0, 0.0)
+            values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
+            ns = _jets() if isinstance(here.speed, Jet) else here.ns  # where slopes by speed are wanted
+            if self._unknown is None:
+                effort = law.evaluate(values, ns, there)
+            else:
+                effort = law.coefficients(values, self._unknown, ns, there)[part]
         if self.always:
             return effort
         active = self.active(anchor)
         if isinstance(active, bool):  # one piece alone
             return effort if active else 0.0
         return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
-
-    def _coefficients(self, here: Here, anchor: Here) -> tuple[Any, Any]:
-        law = self._law
-        if law is None:
-            return 0.0, 1.0
-        if isinstance(law, (float, Real)):
-            return (self.direction * law if self.load.drag else law), 0.0
-        if isinstance(law, TableCurve):
-            return law(*self._angles(here, anchor, law.first)), 0.0
-        angle, middle = self._angles(here, anchor) if "phi" in law.names else (0.0, 0.0)
-        values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
-        ns = _jets() if isinstance(here.speed, Jet) else here.ns  # where slopes by speed are wanted
-        if self._unknown is None:
-            return law.evaluate(values, ns, there), 0.0
-        return law.coefficients(values, self._unknown, ns, there)
 
     def _values(self, law: Expression, here: Here, angle: Any, anchor: Here) -> dict[str, Any]:
         values: dict[str, Any] = dict(self._parameters)
