@@ -673,9 +673,7 @@ _OF_ALL = ("duty", "flywheel")
 
 def read_duty(raw: Mapping[str, Any], faults: Faults) -> list[Item]:
     """The phases as they are written, after noting all faults that do not depend on the machine."""
-    duty = raw.get("duty")
-    if duty is None:
-        return []
+    duty = raw["duty"]
     tables = items(duty)
     if tables is None or not tables:
         advice = "write [[duty]]" if isinstance(duty, Mapping) else ""

@@ -79,6 +79,7 @@ _STEEL = 7850.0  # kg/m³
 _LINK, _ANY = 10.0, 1e4  # cubes of steel, as long as the body, or as the longest part of its mechanism
 _GYRATION = 3.0  # lengths of a body
 _RPM = 30 / math.pi
+_STROKE_BY_STROKE = {"single_stroke", "brake", "shafts"}  # tables of a machine with a clutch, which stands in a shaft's
 _WORK_ROUNDING = 1e-9
 
 
@@ -206,8 +207,11 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
             scene = build_scene(source)
         elif is_toml(source):
             scene = parse_scene(str(source))
+        elif str(source).strip() and isinstance(source, (str, PathLike)):
+            scene = read_scene(source)
         else:
-            scene = read_scene(_path(source))
+            defect = "an empty text" if isinstance(source, str) else show(source)
+            raise SceneError([Fault("scene", defect, "a dict, the path of a TOML file, or a TOML text")])
     except SceneError as error:
         error.add_note(f"taken for {description}")
         raise
@@ -220,22 +224,6 @@ def is_toml(source: object) -> bool:
     if not isinstance(source, str):
         return False
     return "\n" in source.strip() or ("=" in source and not source.rstrip().endswith(".toml"))
-
-
-def _path(source: object) -> Path:
-    """The path of a scene's file; a fault with the most similar file name if it does not exist."""
-    if not isinstance(source, (str, PathLike)):
-        raise SceneError([Fault("scene", show(source), "a dict, the path of a TOML file, or a TOML text")])
-    file, names = Path(source), []
-    if not str(source).strip():
-        raise SceneError([Fault("scene", "an empty text", "a dict, the path of a TOML file, or a TOML text")])
-    with suppress(OSError, ValueError):
-        if file.exists() or file.is_symlink() or not file.parent.is_dir():
-            return file
-        names = [other.name for other in file.parent.glob("*.toml")]
-    near = nearest(file.name, names)
-    advice = f"did you mean {quote(near)}?" if near else "a TOML text has several lines, or an equals sign"
-    raise SceneError([Fault(quote(file.name)[1:-1], "no such file", "a scene in a TOML file", advice)])
 
 
 def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
@@ -396,7 +384,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     if raw is None:
         raise faults.error()
     scene = _scene(raw, None if folder is None else Path(folder), faults)
-    duty = read_duty(raw, faults)
+    duty = read_duty(raw, faults) if "duty" in raw else []
     if faults or scene is None:
         raise faults.error()
     scene = scene if file is None else replace(scene, file=Path(file))
@@ -412,7 +400,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
 
 def file_text(file: Path) -> str:
     """The text of a scene's file, which must be a plain file of limited size."""
-    name, what, content = quote(file.name or str(file))[1:-1], "", b""
+    name, what, advice, content = quote(file.name or str(file))[1:-1], "", "", b""
     try:
         if file.is_file():
             with file.open("rb") as stream:
@@ -425,6 +413,8 @@ def file_text(file: Path) -> str:
             what = "a broken link"
         elif file.parent.is_dir():
             what = "no such file"
+            near = nearest(file.name, [other.name for other in file.parent.glob("*.toml")])
+            advice = f"did you mean {quote(near)}?" if near else "a TOML text has several lines, or an equals sign"
         else:
             folder = quote(file.parent.name)
             missing = f"{folder} is no folder" if file.parent.exists() else f"there is no folder {folder}"
@@ -434,7 +424,7 @@ def file_text(file: Path) -> str:
     except ValueError:
         what = "a name that no file can have"
     if what:
-        raise SceneError([Fault(name, what, "a scene in a TOML file")])
+        raise SceneError([Fault(name, what, "a scene in a TOML file", advice)])
     if len(content) > LARGEST:
         raise SceneError([Fault(name, "a file of more than 1 MiB", "a scene", "put long tables into a CSV file")])
     if is_utf16(content):
@@ -494,7 +484,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     machine = read_elements(raw, places, train.shaft_drag, setting)
     if drive.load is not None and drive.motor is not None and drive.motor.inertia:
         machine["inertias"] += (Inertia(drive.load.on, drive.motor.inertia, "drive.motor.inertia"),)
-    single_stroke = read_single_stroke(raw, places, setting)
+    single_stroke = read_single_stroke(raw, places, setting) if raw.keys() & _STROKE_BY_STROKE else None
     if unknowns:
         _check_balances(unknowns, drive.balance, raw, faults)
     if stroke is not None and (unknowns or drive.balance):
@@ -571,6 +561,8 @@ def _shafts(raw: object, drive: object, stroke: Stroke | None, faults: Faults) -
         check_name(name, path, faults)
         table = as_table(item, path, faults)
         _shaft(shafts, name, {} if table is None else table, table is not None, path, faults)
+    if not shafts.transmissions and (stroke is None or not stroke.sliding):
+        return shafts
     if stroke is None:
         return _tree(shafts, drive, faults)
     for name, one in shafts.transmissions.items():
