@@ -759,7 +759,7 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
         if not closed_form:
             loose = 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
             noise = noise + loose * factors * np.abs(cells.value(slope, t))
-        of_roots = np.minimum(noise / np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300), 2 * half)
+        of_roots = np.minimum(noise / np.maximum(np.abs(cells.derivatives(rows, t)[1]) / half, 1e-300), 2 * half)
         of_roots = np.where(np.abs(rows).sum(axis=-1) <= noise, 2 * half, of_roots)  # noise alone: anywhere in the cell
         of_roots = np.where(np.abs(t) < _CELL_END, of_roots, 0.0)
         errors += of_roots.tolist()
