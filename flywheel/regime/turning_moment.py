@@ -126,29 +126,31 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     """
     check_cycle(machine.scene)
     mesh = cells.cells(edges)
-    values = np.empty((6, *mesh.phi.shape))
+    values = np.empty((7, *mesh.phi.shape))
     for first in range(0, len(mesh.phi), _BLOCK):
         block = slice(first, first + _BLOCK)
-        reduced, part = programs_of(machine).cells(mesh.phi[block], mesh.anchor[block]), values[:, block]
-        part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
-        part[3], part[4], part[5] = reduced.exchanged, reduced.steepness, reduced.per_unknown
+        own = programs_of(machine).cells(mesh.phi[block], mesh.anchor[block])
+        unknown = own.per_unknown, abs(own.per_unknown)
+        for row, value in zip(
+            values, (own.moment, own.slope, own.inertia, own.exchanged, own.steepness, *unknown), strict=True
+        ):
+            row[block] = value
     if not -GREATEST_VALUE <= values.min() <= values.max() <= GREATEST_VALUE:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     if machine.scene.unknown is None:
         cycle = assembled(mesh, values[:5], None, shares=np.zeros(len(mesh.phi)), by_directions=machine.by_directions)
         residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
         return cycle._replace(errors=cycle.errors._replace(residual=residual))
-    by_unknown, size = values[5], np.abs(values[5])
-    of_cells = cells.integral(np.stack((values[0], by_unknown, size, values[3])), mesh.half)
-    net, effect, of_sizes, exchanged = of_cells.sum(axis=-1).tolist()
+    of_cells = cells.integral(values, mesh.half)
+    net, _, _, exchanged, _, effect, of_sizes = of_cells.sum(axis=-1).tolist()
     if abs(effect) <= 1e-9 * of_sizes or of_sizes == 0.0:
         raise SceneError([no_effect(machine)])
     balance = -net / effect + 0.0  # never -0
-    values[0] += balance * by_unknown
-    values[3] += abs(balance) * size
-    own = abs(balance) * of_sizes
-    spread = spread_of(effect, of_sizes, own / max(exchanged + own, 1e-300))
-    shares = of_cells[1] / effect if of_sizes <= (1.0 + _ONE_SIGN) * abs(effect) else None
+    values[0] += balance * values[5]
+    values[3] += abs(balance) * values[6]
+    by_balance = abs(balance) * of_sizes
+    spread = spread_of(effect, of_sizes, by_balance / max(exchanged + by_balance, 1e-300))
+    shares = of_cells[5] / effect if of_sizes <= (1.0 + _ONE_SIGN) * abs(effect) else None
     turned = machine.by_directions
     return assembled(mesh, values[:5], balance, by_unknown=effect, spread=spread, shares=shares, by_directions=turned)
 
