@@ -350,8 +350,9 @@ class BondGraph:
         return (first, second) if first.head == name else (second, first)
 
     def bond_of(self, name: str) -> Bond:
-        """The one bond of a one-port."""
-        return self.at(name)[0]
+        """The bond whose flow counts as an element's: its only one, or of several the first that enters it, if any."""
+        bonds = self.at(name)
+        return next((bond for bond in bonds if bond.head == name), bonds[0])
 
     def of_kind(self, *kinds: str) -> tuple[Element, ...]:
         """The elements of these kinds, in the order in which they were named."""
@@ -554,12 +555,6 @@ def variables(graph: BondGraph, kind: str) -> dict[int, int]:
     shared = representatives([bond.number for bond in graph.bonds], ties)
     variable = {one: k for k, one in enumerate(dict.fromkeys(shared[number] for number in sorted(shared)))}
     return {number: variable[one] for number, one in shared.items()}
-
-
-def entry(graph: BondGraph, name: str) -> Bond:
-    """The bond whose flow counts as an element's: of a two-port, the one that enters it."""
-    bonds = graph.at(name)
-    return next((bond for bond in bonds if bond.head == name), bonds[0])
 
 
 def relations(graph: BondGraph, variable: Mapping[int, int], summing: str) -> list[Relation]:

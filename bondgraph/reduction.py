@@ -34,7 +34,6 @@ from bondgraph.graph import (
     Ratio,
     SolutionStep,
     as_graph,
-    entry,
     places,
     plan,
     relations,
@@ -111,7 +110,7 @@ class Reduction:
         self.coordinate = coordinate
         self.positions = positions or {}
         self._flow = variables(graph, "1")
-        self.variable = {name: self._flow[entry(graph, name).number] for name in graph.elements}
+        self.variable = {name: self._flow[graph.bond_of(name).number] for name in graph.elements}
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = {self.variable[coordinate]: 1.0}  # flow variables in a constant ratio to the coordinate, with it
         for step in self._steps:

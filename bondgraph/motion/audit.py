@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Function, Here, Law, Modulus
-from bondgraph.graph import BondGraph, entry
+from bondgraph.graph import BondGraph
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import Step
 from bondgraph.motion.walk import GraphInstant, by_rows
@@ -81,8 +81,8 @@ class Auditor:
         """A law or modulus of a motion, position by position."""
         q = self.state[self.displacement_of[law.motion.of]]
         anchors = filled(self.anchors.get(law.motion.of, q), self.shape)
-        speed = self.flows[entry(self.graph, law.motion.of).number]
-        own = self.flows[entry(self.graph, name).number]
+        speed = self.flows[self.graph.bond_of(law.motion.of).number]
+        own = self.flows[self.graph.bond_of(name).number]
 
         def at(q: Any, anchor: Any, speed: Any, flow: Any, t: Any) -> Any:
             here, there = (Here(x, law.motion.position(x, np, anchor), np, speed, flow, t) for x in (q, anchor))

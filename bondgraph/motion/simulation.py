@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import ONE_PORTS, TIME, GraphError, refuse
-from bondgraph.graph import BondGraph, as_graph, entry
+from bondgraph.graph import BondGraph, as_graph
 from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
@@ -148,7 +148,7 @@ class Run:
         self._check_name(name)
         times = self._times(t)
         flows = self._looked_at(times, stepping.owners(self.stretches, times))[0].flows
-        return self._shaped(flows[entry(self._graph, name).number], times)
+        return self._shaped(flows[self._graph.bond_of(name).number], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
         """A declared displacement, or a spring's own, which a spring has too that follows others."""

@@ -33,7 +33,7 @@ from bondgraph.elements import (
     Motion,
     is_symbolic,
 )
-from bondgraph.graph import BondGraph, Ratio, SolutionStep, constant, entry, sources
+from bondgraph.graph import BondGraph, Ratio, SolutionStep, constant, sources
 from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.recording import Recorded
 
@@ -99,7 +99,7 @@ class JunctionStructure:
 
     def variable(self, name: str) -> int:
         """The flow variable of an element: of a two-port, that of the bond that enters it."""
-        return self.flow[entry(self.graph, name).number]
+        return self.flow[self.graph.bond_of(name).number]
 
     def name_of(self, variable: int) -> str:
         """The name of a flow or effort variable: that of its junction, else of its bond."""

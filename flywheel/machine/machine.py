@@ -271,8 +271,7 @@ class Machine:
         by_shaft: dict[str, set[str]] = {}
         for name, element in self.graph.elements.items():
             if element.kind not in ("0", "1", "TF", "GY"):
-                bond = self.graph.bond_of(name)
-                junction = bond.tail if bond.head == name else bond.head
+                junction = self.graph.bond_of(name).other(name)
                 owner = junction.partition(".")[0]
                 by_shaft.setdefault(junction if junction in self.scene.shafts else shafts.get(owner, owner), set()).add(name)
         return by_shaft

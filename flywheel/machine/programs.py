@@ -83,7 +83,6 @@ class Programs:
     def __init__(self, machine: Machine) -> None:
         self.machine, self.why = machine, ""
         self._walks = 0
-        self._circuit = circuit_of(machine.scene) is not None
         self._pieces: dict[tuple[float, bool], list[tuple[Program, Conditions | None]] | None] = {}
         self._instants: dict[float, int] = {}
         self._functions: dict[
@@ -247,12 +246,12 @@ class Programs:
 
     def _shares(self, station: Station, omega: Any, time: Any, unknown: Any, deciding: Sequence[Any]) -> Iterator[Any]:
         """The terms of M* of a stage, without the flywheel and a motor's circuit."""
-        reduced = station.reduced
+        reduced, circuit = station.reduced, circuit_of(self.machine.scene)
         yield reduced.moment
         yield unknown * reduced.per_unknown
         yield -(reduced.resistance * omega)
         for element, effort, factor in station.contributions(omega, time, *deciding):
-            if not (self._circuit and element.name.startswith(DRIVE)):
+            if circuit is None or not element.name.startswith(DRIVE):
                 yield effort + unknown * factor
 
     def _compare(self, values: Any, anchor: Any, phi: Array, omega: Any, time: Any, deciding: Sequence[Any]) -> None:

@@ -87,8 +87,7 @@ class StepsAt:
         graph, elements = self.machine.graph, []
         for element in graph.elements.values():
             if element.kind in ("I", "Se", "C", "R") and element.law:
-                bond = graph.bond_of(element.name)
-                junction = bond.tail if bond.head == element.name else bond.head
+                junction = graph.bond_of(element.name).other(element.name)
                 elements.append(OnePort(element.name, element.kind, element.law, junction, element.part or element.name))
         return elements
 
