@@ -420,15 +420,13 @@ def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
     step = right - left
     for _ in range(_MOST_STEPS):
         here, slope, bend = (each @ basis(t, ORDER)[:, :, None])[..., 0].T
-        steep = slope - 0.5 * bend * here / np.where(slope == 0.0, np.inf, slope)
+        steep = slope - 0.5 * bend * (here / np.where(slope == 0.0, np.inf, slope))  # a product may leave the floating range
         earlier, step = step, here / np.where(steep == 0.0, np.inf, steep)
         before, t = t, np.minimum(np.maximum(t - step, left), right)
         if not np.abs(t - before).max(initial=0.0) > _SETTLED:
             break
     size, last = np.abs(step), np.abs(earlier)
-    lost = (size > 1e-5) | (
-        (size > _SETTLED) & (size > 0.1 * last)
-    )  # the next step would be above 1e-10, or they halve only
+    lost = (size > 1e-5) | ((size > _SETTLED) & (size > 0.1 * last))  # not near it yet, or steps that halve only
     lost &= right > left
     if lost.any():  # bisection, for rows that change sign between left and right
         rows, low, high = rows[lost], left[lost], right[lost]
