@@ -135,7 +135,7 @@ class Machine:
             raise TypeError(f"expected a Scene (flywheel.load makes one), found {type(scene).__name__}")
         self.scene, self.friction = scene, friction
         self._families = {m.name: families.build(m, scene.parameters) for m in scene.mechanisms}
-        self._motions = {m.name: self._motion(m) for m in scene.mechanisms}
+        self._motions = {m.name: Motion(m.shaft, partial(self._position, m)) for m in scene.mechanisms}
         self._crank_motion = Motion(scene.reduction_element)
         self._domain = "translation" if scene.reduction_element == "slide" else "rotation"
         self.places = dict(self._places())
@@ -795,15 +795,12 @@ class Machine:
         """The motion from which the laws at a place take their positions."""
         return self._motions.get(place.partition(".")[0], self._crank_motion) if "." in place else self._crank_motion
 
-    def _motion(self, mechanism: Mechanism) -> Motion:
-        family, phase, stroke = self._families[mechanism.name], mechanism.phase, mechanism.stroke
-
-        def position(q: Any, ns: Any, q_anchor: Any) -> Any:
-            # limited to the stroke: beyond it, by rounding or a time step, there may be no position
-            psi = np.clip(q + phase, *stroke) if stroke is not None and ns is np else q + phase
-            return family.position(psi, ns, q_anchor + phase)
-
-        return Motion(mechanism.shaft, position)
+    def _position(self, mechanism: Mechanism, q: Any, ns: Any, q_anchor: Any) -> Any:
+        """The position of a mechanism where its shaft has turned by q (rad or m) from the start."""
+        phase, stroke = mechanism.phase, mechanism.stroke
+        # limited to the stroke: beyond it, by rounding or a time step, there may be no position
+        psi = np.clip(q + phase, *stroke) if stroke is not None and ns is np else q + phase
+        return self._families[mechanism.name].position(psi, ns, q_anchor + phase)
 
 
 def circuit_of(scene: Scene) -> Circuit | None:
