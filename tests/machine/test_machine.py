@@ -577,6 +577,16 @@ def test_what_is_driven_slips():
     assert [(stage.shaft, stage.near) for stage in stages] == [("crank", 0), ("wheel", 0), ("motor", 1), ("fan", 1)]
 
 
+def test_a_machine_for_other_requirements_is_the_same_machine():
+    machine = flywheel.Machine(flywheel.load(scenes.yoke(flywheel={"irregularity": 0.04})))
+    before = flywheel.size(machine, simulate=False)
+    other = flywheel.load(scenes.yoke(flywheel={"irregularity": 0.02}))
+    again = machine.with_requirements(other)
+    assert (again.scene, again.reduction, again.mesh is machine.mesh) == (other, machine.reduction, True)
+    assert flywheel.size(again, simulate=False).flywheel == flywheel.size(other, simulate=False).flywheel
+    assert flywheel.size(machine, simulate=False).flywheel == before.flywheel
+
+
 def test_a_lossless_shaft_belongs_to_the_stage_that_it_hangs_on():
     shafts = {"a": {"ratio": 2, "efficiency": 0.9}, "b": {"on": "a", "ratio": 2}, "c": {"on": "b", "ratio": 2, "slip": 0.1}}
     machine = flywheel.Machine(scene(shafts))

@@ -62,6 +62,24 @@ def test_the_antiderivative_starts_at_zero_in_every_cell():
     assert_allclose(cells.value(cells.antiderivative(series, mesh.half), np.full(3, -1.0)), 0.0, atol=4e-16)
 
 
+def test_derivatives_are_those_of_the_series():
+    mesh, series = fitted(np.exp)
+    t = np.array([-1.0, 0.2, 1.0])
+    value, slope, bend = cells.derivatives(series, t)
+    true, half = np.exp(mesh.middle[:, 0] + mesh.half[:, 0] * t), mesh.half[:, 0]
+    assert_allclose(value, true, rtol=1e-14)
+    assert_allclose(slope, half * true, rtol=1e-12)
+    assert_allclose(bend, half**2 * true, rtol=1e-10)
+
+
+@pytest.mark.parametrize("size", [1e-150, 1.0, 1e150])
+def test_roots_of_series_are_exact_whatever_their_size_also_at_ends(size):
+    series = cells.fit(size * np.array([np.sin(cells.NODES - 0.3), 1.0 + cells.NODES]))
+    t, slope = cells.halley(series, np.array([0.4, 0.0]), np.array([0.1, -1.0]), np.array([0.9, 0.5]))
+    assert_allclose(t, [0.3, -1.0], rtol=1e-15)
+    assert_allclose(slope, size, rtol=1e-12)
+
+
 @pytest.mark.parametrize("sharpness", [0.5, 1.0, 2.0, 5.0, 12.0])
 def test_tails_are_never_below_the_true_error(sharpness):
     def runge(x):

@@ -409,6 +409,11 @@ def one_fault(call, argument) -> str:
 
 def test_files_that_cannot_be_read_give_one_line(tmp_path):
     assert "no such file" in one_fault(read_scene, tmp_path / "missing.toml")
+    (tmp_path / "press.toml").write_text(ROTOR)
+    for read in (read_scene, flywheel.load, flywheel.load_linkage):
+        assert 'no such file, expected a scene in a TOML file; did you mean "press.toml"?' in one_fault(
+            read, tmp_path / "pres.toml"
+        )
     assert "a folder" in one_fault(read_scene, tmp_path)
     assert "a device" in one_fault(read_scene, "/dev/null")
     assert one_fault(read_scene, "a\0b.toml")
