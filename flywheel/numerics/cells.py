@@ -425,9 +425,9 @@ def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
         before, t = t, np.minimum(np.maximum(t - step, left), right)
         if not np.abs(t - before).max(initial=0.0) > _SETTLED:
             break
-    size, last = np.abs(step), np.abs(earlier)
-    lost = (size > 1e-5) | ((size > _SETTLED) & (size > 0.1 * last))  # not near it yet, or steps that halve only
-    lost &= right > left
+    lost = (right > left) & (np.abs(step) > _SETTLED)
+    if lost.any():
+        lost &= np.abs(step) > np.minimum(1e-5, 0.1 * np.abs(earlier))  # not near it yet, or steps that halve only
     if lost.any():  # bisection, for rows that change sign between left and right
         rows, low, high = rows[lost], left[lost], right[lost]
         rising = np.sign(value(rows, high))

@@ -801,9 +801,11 @@ def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
     """
     count, least = cycle.mesh.half.size, cycle.errors.net / cycle.mesh.edges[-1]
     beside = np.array([edges - 1, edges % count])
-    rows = cycle.series[0, beside] - factors[:, None] * cycle.series[1, beside]
-    noise = cycle.noise[0, beside] + factors * cycle.noise[1, beside] + least
-    values = cells.ends(rows)[[0, 1], :, [1, 0]]
+    moment, slopes = cycle.series[:2].take(beside, axis=1)
+    level, of_slope = cycle.noise.take(beside, axis=1)
+    rows, noise = moment - factors[:, None] * slopes, level + factors * of_slope + least
+    before, after = cells.ends(rows)
+    values = np.array((before[:, 1], after[:, 0]))
     jumps = (values[0] * values[1] < 0.0) & (np.abs(values) > noise).all(axis=0)
     errors, widths = [0.0], 2 * cycle.mesh.half[:, 0]
     for k in (~jumps).nonzero()[0].tolist():
