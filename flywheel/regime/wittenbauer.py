@@ -243,14 +243,16 @@ def _with_flywheels(figures: Figures, irregularity: float, factors: tuple[float,
         what = f"a flywheel of {total:g} kg m²"
         expected, advice = "a figure within the floating-point range", "check the scene's units"
         raise SceneError([Fault("flywheel.irregularity", what, expected, advice)])
-    relative, of_inertia = [], figures.extent.error + min(figures.extent.error, errors.variation)  # of `reduced_inertia` too
-    for row, off in zip((_WORK, _TORQUE), apart, strict=True):
+    by_slope = min(figures.extent.error, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
+    relative = []  # by the areas, by the inertia torque: of the total, then of the share without the least I*
+    for row, of_difference in zip((_WORK, _TORQUE), apart, strict=True):
         figure = float(greatest[row] - least[row]) / unit
-        off = off / unit + 4 * ROUNDING * figure
-        own = figure - figures.extent.least  # the flywheel's share: an error of I* does not count if it is surely below 0
-        for size, wrong in ((figure, off), (own, off + of_inertia if own >= -(off + of_inertia) else off)):
-            size = max(size, fluctuation)
-            relative.append((wrong + residual) / (size if size > 4 * wrong else max(size, _at_hand(cycle, unit))))
+        off = of_difference / unit + 4 * ROUNDING * figure
+        share, of_share = figure - figures.extent.least, off + figures.extent.error + by_slope
+        if share < -of_share:  # the figure is 0
+            of_share = off
+        for size, missed in ((max(figure, fluctuation), off), (max(share, fluctuation), of_share)):
+            relative.append((missed + residual) / (size if size > 4 * missed else max(size, _at_hand(cycle, unit))))
     _, approximate, torque, of_torque = relative
     of_all = FlywheelErrors(error / scale or torque, approximate, torque, of_torque)
     return figures._replace(total=total, error=error, scale=scale, errors=of_all)
