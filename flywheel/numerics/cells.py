@@ -61,7 +61,8 @@ def _matrices() -> tuple[Array, Array, Array]:
 
 
 _FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
-_TWICE: Array = np.hstack((np.eye(ORDER), _DIFFERENTIATE, _DIFFERENTIATE @ _DIFFERENTIATE))  # series -> itself, slope, bend
+# series -> itself, and those of its first and second derivative
+_DERIVATIVES: Array = np.hstack((np.eye(ORDER), _DIFFERENTIATE, _DIFFERENTIATE @ _DIFFERENTIATE))
 _ONES: Array = np.ones(ORDER + 1)
 _ENDS: Array = np.stack(((-1.0) ** _DEGREES, _ONES), axis=1)
 AT_NODES: Array = np.cos(np.outer(_DEGREES, np.arccos(NODES)))  # a series with ORDER + 1 terms -> its values at the nodes
@@ -252,7 +253,7 @@ def derivative(series: Array) -> Array:
 
 def derivatives(series: Array, t: Array) -> Array:
     """Value, first and second derivative by t of each row of coefficients at its own local abscissa, (3, rows)."""
-    rows = (series @ _TWICE).reshape(-1, 3, ORDER)
+    rows = (series @ _DERIVATIVES).reshape(-1, 3, ORDER)
     return np.asarray((rows @ basis(t, ORDER)[:, :, None])[..., 0].T)
 
 
@@ -416,7 +417,7 @@ def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
 
     Halley's method, which trebles the digits with every evaluation of a series and its derivatives; bisection if that fails.
     """
-    each = (rows @ _TWICE).reshape(-1, 3, ORDER)
+    each = (rows @ _DERIVATIVES).reshape(-1, 3, ORDER)
     step = right - left
     for _ in range(_MOST_STEPS):
         here, slope, bend = (each @ basis(t, ORDER)[:, :, None])[..., 0].T

@@ -130,11 +130,9 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     for first in range(0, len(mesh.phi), _BLOCK):
         block = slice(first, first + _BLOCK)
         own = programs_of(machine).cells(mesh.phi[block], mesh.anchor[block])
-        unknown = own.per_unknown, abs(own.per_unknown)
-        for row, value in zip(
-            values, (own.moment, own.slope, own.inertia, own.exchanged, own.steepness, *unknown), strict=True
-        ):
-            row[block] = value
+        rows = own.moment, own.slope, own.inertia, own.exchanged, own.steepness, own.per_unknown, abs(own.per_unknown)
+        for place, row in zip(values, rows, strict=True):
+            place[block] = row
     if not -GREATEST_VALUE <= values.min() <= values.max() <= GREATEST_VALUE:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     if machine.scene.unknown is None:
@@ -361,8 +359,8 @@ def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
     values = np.concatenate((cells.ends(cycle.series[2]).T.ravel(), roots.inertia))
     own, least, greatest = cycle.errors.inertias, values.min(), values.max()
     errors = np.concatenate((own, own, own.take(roots.crossings.cell)))
-    errors_of_ends = (least - values + errors).max(), (values - greatest + errors).max()
-    return Extent(float(least), float(greatest), *map(float, errors_of_ends))
+    of_least, of_greatest = (least - values + errors).max(), (values - greatest + errors).max()
+    return Extent(float(least), float(greatest), float(of_least), float(of_greatest))
 
 
 def weightless(machine: Machine, phi: float, total: float) -> Fault:
