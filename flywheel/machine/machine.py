@@ -152,8 +152,7 @@ class Machine:
 
     def with_requirements(self, scene: Scene) -> Machine:
         """The same machine, with all that is known of it, for a scene that differs in its requirements alone."""
-        machine = Machine.__new__(Machine)
-        vars(machine).update(vars(self), scene=scene)
+        vars(machine := Machine.__new__(Machine)).update(vars(self), scene=scene)
         return machine
 
     def __repr__(self) -> str:
@@ -236,20 +235,19 @@ class Machine:
     @cached_property
     def stages(self) -> tuple[MeshStage, ...]:
         """The crank and the shafts connected to it without loss, then every shaft whose mesh has losses, nearer first."""
-        scene, whole = self.scene, self.reduction
+        scene = self.scene
         lossy = [name for name in scene.shafts if scene.efficiencies.get(name, 1.0) < 1.0]
         if not lossy:
-            return (MeshStage("crank", 0, 1.0, True, True, whole),)
+            return (MeshStage("crank", 0, 1.0, True, True, self.reduction),)
         mine: dict[str, set[str]] = {shaft: set() for shaft in ("crank", *lossy)}
         for shaft, names in self.one_ports.items():
             mine[self.stage_of(shaft)] |= names
         flywheel = self.stage_of(scene.flywheel_on)
         drive = self.stage_of(scene.drive.on) if scene.drive is not None else "crank"
-        order = list(mine)
         return tuple(
             MeshStage(
                 shaft=shaft,
-                near=order.index(self.stage_of(scene.near(shaft))),
+                near=list(mine).index(self.stage_of(scene.near(shaft))),
                 efficiency=scene.efficiencies.get(shaft, 1.0),
                 carries_flywheel=flywheel == shaft,
                 drives=drive == shaft,
@@ -742,9 +740,8 @@ class Machine:
     @cached_property
     def by_directions(self) -> float:
         """Error of M* by rounded directions of weights and their paths over sqrt(I*), sqrt(kg) m/s²."""
-        if not any(self._weights.values()):
-            return 0.0
-        return families.by_directions(chain.from_iterable(self._weights.values()), self.scene.efficiencies.values())
+        forces = [*chain.from_iterable(self._weights.values())]
+        return families.by_directions(forces, self.scene.efficiencies.values()) if forces else 0.0
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
         """Loads, drive, friction, springs and dampers; the motor's own graph, if it has one, in place of its law."""
