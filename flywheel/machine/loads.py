@@ -15,9 +15,9 @@ from bondgraph.elements import Here
 from bondgraph.recording import Recorded
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Cells, table_pieces
-from flywheel.numerics.expressions import Expression, unit_text, units_of_name
+from flywheel.numerics.expressions import ONE, Expression, Node, numeral, unit_text, units_of_name, walk
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet, is_recorded, jet_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
 from flywheel.scene.scene import Load, Scene, Spring, Table
 
@@ -294,6 +294,49 @@ def balance_unit(efforts: Iterable[LoadLaw], scene: Scene) -> str | None:
 def moving_switches(law: Expression) -> tuple[Expression, ...]:
     """The switches of a law that depend on speed or time, so that position alone does not determine where they lie."""
     return tuple(part for part in law.switches() if part.uses_speed or part.uses_time)
+
+
+def decided_here(node: Node) -> Node:
+    """The tree of a law in which a branch that speed and position decide together is decided where it is evaluated.
+
+    By the sign of v alone it stays decided at the anchor.
+
+    Raises:
+        TypeError: for atan2 of a velocity, whose cut has no branches to choose from.
+
+    """
+    node = node._replace(args=tuple(map(decided_here, node.args)))
+    names = {inner.name for inner in walk(node) if inner.name}
+    if node.op not in ("compare", "abs", "sign", "min", "max", "atan2") or not names & {"omega", "v"} or names == {"omega"}:
+        return node
+    zero, one = numeral(0.0), ONE
+    sides = node.args if node.op in ("compare", "min", "max") else (node.args[0], zero)
+    if len(sides) == 2 and any(_is_multiple(side) and _is_nothing(other) for side, other in (sides, sides[::-1])):
+        return node  # by the sign of v alone
+
+    def when(sign: str, yes: Node, no: Node) -> Node:
+        test = Node("compare", sides, signs=(sign,))
+        return Node("if", (Node("here", (test,)), yes, no))
+
+    if node.op == "atan2":
+        raise TypeError("the angle of a velocity, by atan2")
+    if node.op == "compare":
+        return Node("here", (node,))
+    if node.op == "abs":
+        return when(">", sides[0], Node("neg", sides[:1]))
+    if node.op == "sign":
+        return when(">", one, when("<", Node("neg", (one,)), zero))
+    return when("<=" if node.op == "min" else ">=", *sides)
+
+
+def _is_nothing(node: Node) -> bool:
+    return node.op == "number" and not is_recorded(node.number) and node.number == 0.0
+
+
+def _is_multiple(node: Node) -> bool:
+    """Tests whether a tree is v times numbers: its sign is that of v, or the opposite one."""
+    varying = [arg for arg in node.args if arg.op != "number"]
+    return node.name == "v" or (node.op in ("neg", "product") and len(varying) == 1 and _is_multiple(varying[0]))
 
 
 class FrictionCurve:

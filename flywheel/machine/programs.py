@@ -37,7 +37,7 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.machine.loads import POSITION, LoadLaw, at_speeds, moving_switches
+from flywheel.machine.loads import POSITION, LoadLaw, at_speeds, decided_here, moving_switches
 from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, MeshStage, circuit_of
 from flywheel.numerics import expressions
 from flywheel.numerics.cells import NODES
@@ -751,47 +751,11 @@ def _on_record(scene: Scene, recorder: Recorder) -> Scene:
     def changed(load: Load) -> Load:
         law = load.law
         return (
-            load._replace(law=Expression(law.text, lifted(_decided_here(law.tree)))) if isinstance(law, Expression) else load
+            load._replace(law=Expression(law.text, lifted(decided_here(law.tree)))) if isinstance(law, Expression) else load
         )
 
     drive = None if scene.drive is None else changed(scene.drive)
     return replace(scene, loads=tuple(map(changed, scene.loads)), drive=drive)
-
-
-def _decided_here(node: expressions.Node) -> expressions.Node:
-    """The tree with every branch that a speed and a position decide together decided where the tree is evaluated."""
-    node = node._replace(args=tuple(map(_decided_here, node.args)))
-    names = {inner.name for inner in expressions.walk(node) if inner.name}
-    if node.op not in ("compare", "abs", "sign", "min", "max", "atan2") or not names & {"omega", "v"} or names == {"omega"}:
-        return node
-    zero, one = expressions.numeral(0.0), expressions.ONE
-    sides = node.args if node.op in ("compare", "min", "max") else (node.args[0], zero)
-    if len(sides) == 2 and any(_is_multiple(side) and _is_nothing(other) for side, other in (sides, sides[::-1])):
-        return node  # by the sign of v alone
-
-    def when(sign: str, yes: expressions.Node, no: expressions.Node) -> expressions.Node:
-        test = expressions.Node("compare", sides, signs=(sign,))
-        return expressions.Node("if", (expressions.Node("here", (test,)), yes, no))
-
-    if node.op == "atan2":
-        raise UnrecordedError("the angle of a velocity, by atan2")
-    if node.op == "compare":
-        return expressions.Node("here", (node,))
-    if node.op == "abs":
-        return when(">", sides[0], expressions.Node("neg", sides[:1]))
-    if node.op == "sign":
-        return when(">", one, when("<", expressions.Node("neg", (one,)), zero))
-    return when("<=" if node.op == "min" else ">=", *sides)
-
-
-def _is_nothing(node: expressions.Node) -> bool:
-    return node.op == "number" and not is_recorded(node.number) and node.number == 0.0
-
-
-def _is_multiple(node: expressions.Node) -> bool:
-    """Tests whether a tree is v times numbers: its sign is that of v, or the opposite one."""
-    varying = [arg for arg in node.args if arg.op != "number"]
-    return node.name == "v" or (node.op in ("neg", "product") and len(varying) == 1 and _is_multiple(varying[0]))
 
 
 def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:

@@ -270,15 +270,16 @@ class Place(NamedTuple):
 
 
 def place_of_greatest(mesh: Cells, values: Array) -> Place:
-    """The place at which a figure, given at the nodes of cells, is greatest."""
+    """The place at which a figure, given at the nodes of cells, is greatest: the first of several that are as great."""
     series = cells.fit(values)
     angles = (mesh.middle + mesh.half * np.linspace(-1.0, 1.0, _POINTS)).ravel()
     for _ in range(_ZOOMS):
         cell, t = cells.located(mesh, angles)
         fine = cells.value(series[cell], t)
-        k, size = int(np.argmax(fine)), float(np.abs(fine).max())
-        lower = np.array([-1, *np.flatnonzero(fine < fine[k] - _FLAT * size), fine.size])
-        begins, ends = lower[lower < k].max() + 1, lower[lower > k].min() - 1
+        lower = np.append(fine < fine.max() - _FLAT * np.abs(fine).max(), True)
+        begins = int(np.argmin(lower))
+        ends = begins + int(np.argmax(lower[begins:])) - 1
+        k = begins + int(np.argmax(fine[begins : ends + 1]))
         first, last = max(begins - 1, 0), min(ends + 1, fine.size - 1)
         place = Place(*angles[[begins, first, last]].tolist())
         pairs = angles[[first, max(k - 1, 0), ends]], angles[[begins, min(k + 1, fine.size - 1), last]]
