@@ -625,6 +625,7 @@ def handed_over():
     return b.build()
 
 
+@pytest.mark.slow
 def test_machine_code_gives_the_rates():
     extra("numba")
     code = state_equations(handed_over()).machine_code()

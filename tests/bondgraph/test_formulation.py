@@ -28,6 +28,7 @@ from bondgraph import (
     table,
     to_modelica,
 )
+from tests.limits import sample
 
 
 def leaky(leak):
@@ -323,7 +324,7 @@ def ladder(rungs):
     return b.on(f"s{rungs}", C("c", 1.0)).build()
 
 
-@pytest.mark.parametrize(("rungs", "most"), [(1, 15), (2, 45), pytest.param(3, 150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("rungs", "most"), sample(((1, 15), (2, 45), (3, 150)), 3))
 def test_a_ladder_of_resistors_is_one_fraction(rungs, most):
     """Of equal resistors, Thevenin's source and resistance by halving step by step."""
     result = state_equations(ladder(rungs), values=True)

@@ -213,6 +213,7 @@ def test_random_graphs_with_fields_have_the_eigenvalues_of_all_bond_equations_to
     assert following > 5
 
 
+@pytest.mark.slow
 def test_structure_alone_tells_what_is_out_of_reach():
     """Of random graphs with numbers in no relation: just where the ranks of [B, AB, ...] and [C; CA; ...] tell it."""
     text = {True: 0, False: 0}

@@ -161,6 +161,7 @@ def test_states_out_of_reach_are_named():
     assert linearize(motor(), at={}, outputs=["phi"]).unobservable() == ()
 
 
+@pytest.mark.slow
 def test_the_same_in_scipy():
     result = linearize(motor(), at={}, inputs=["U"], outputs=["f_rotor"])
     same = result.to_scipy()

@@ -183,6 +183,7 @@ def test_an_oscillation_under_dry_friction_loses_the_same_each_half_turn():
     assert run.audit.energy < 1e-9
 
 
+@pytest.mark.slow
 def test_friction_that_varies_and_wet_friction_beside_it():
     """v' = 0.5 - (1 + 0.2 x) - 0.1 v stops, and the slope does not move it again."""
     b = Builder().one("m", displacement="x").on("m", I("M", 1.0), Se("F", 0.5), R("oil", 0.1))

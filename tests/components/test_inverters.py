@@ -157,6 +157,7 @@ inertia = 0.05
 )
 
 
+@pytest.mark.slow
 def test_electric_power_is_shaft_and_losses_where_the_limit_acts():
     sizing = flywheel.size(flywheel.load(SCENE))
     motor, flow = sizing.scene.motor, sizing.power_flow

@@ -141,6 +141,7 @@ standstill_cooling = 0.5
 """
 
 
+@pytest.mark.slow
 def test_a_duty_warms_the_windings_as_the_losses_of_its_motion_do():
     """Two time constants beside cycles of 0.2 s: what rises within one is in the error."""
     warms = (0.6 * 80.0, 20.0), (0.4 * 80.0, 3.0)

@@ -853,7 +853,8 @@ def test_the_front_of_power_and_flywheel_lies_on_its_closed_form():
     assert all(point.confirmed for point in result.points)
 
 
-@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [1, 2])
 def test_a_choice_that_is_worse_in_everything_has_no_design_in_the_front(jobs):
     """Load T or 2 T from 0 to b: with 2 T the same power takes half of b, and more flywheel."""
     scene, over = flywheel.load(ROTOR), {"load.0.to": (1.0, 2.0)}
@@ -881,6 +882,7 @@ def test_three_figures_and_limits_of_a_front():
         flywheel.pareto(flywheel.load(ROTOR), ["exact", "mass"], over=over, samples=4, starts=1)
 
 
+@pytest.mark.slow
 def test_the_command_lists_and_draws_a_front(tmp_path):
     scene, picture = tmp_path / "rotor.toml", tmp_path / "front.png"
     scene.write_text(

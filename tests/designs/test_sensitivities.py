@@ -55,6 +55,7 @@ def test_derivatives_of_the_smallest_flywheel_are_those_of_designs_on_both_sides
             assert result.error < 1e-6 * max(abs(result.value), slopes.values[name] / slopes.numbers[path])
 
 
+@pytest.mark.slow
 def test_where_two_limits_decide_the_flywheel_has_a_slope_on_each_side():
     even = flywheel.size(limited(), 1e-12, accuracy="normal").limits["irregularity"].reached
     scene = limited(irregularity=even)

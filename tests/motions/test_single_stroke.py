@@ -538,6 +538,7 @@ def test_errors_are_no_less_than_what_the_stroke_returns_by():
     assert all(result.error["energy"][name] >= result.strokes.rtol * value for name, value in result.energy.items())
 
 
+@pytest.mark.slow
 def test_a_limit_to_which_the_flywheel_is_sized_is_kept():
     changes = {"flywheel.irregularity": None, "flywheel.limits.motor_rms": 1.0, "drive.motor.power": "0.55 kW"}
     result = flywheel.single_stroke(flywheel.load(starters.starter("single-stroke")).with_(changes), rates=False)

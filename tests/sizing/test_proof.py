@@ -943,7 +943,7 @@ def test_a_branch_that_a_velocity_decides_is_taken_where_the_velocity_is(force: 
         assert low * (1 - 1e-11) <= mine <= high * (1 + 1e-11)
 
 
-@pytest.mark.parametrize("force", ["-300*v*(v > 0.8)", "-80 if v < 0.5 else -60"])
+@pytest.mark.parametrize("force", sample(("-300*v*(v > 0.8)", "-80 if v < 0.5 else -60"), 2))
 def test_a_torque_that_jumps_at_a_velocity_is_refused_as_such(force: str) -> None:
     scene = {**PRESS, "load": [{"on": "slider", "force": force}], "drive": {"torque": "900 - 20*omega"}, "regime": {}}
     result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
@@ -993,7 +993,7 @@ def driven(motor: dict[str, Any], torque: str = "-40 - 55*sin(phi)") -> Any:
     return flywheel.load({**scene, "drive": {"motor": motor}, "flywheel": {"inertia": 0.2}})
 
 
-@pytest.mark.parametrize("name", sample(MOTORS, 3))
+@pytest.mark.parametrize("name", sample(MOTORS, 4))
 def test_the_motion_with_every_motor_without_states_is_proven(name: str) -> None:
     result = flywheel.size(driven(MOTORS[name]), 1e-12, accuracy="proof")
     assert result.proof is not None
@@ -1104,7 +1104,9 @@ def test_an_idle_mesh_leaves_the_proof_of_a_motion_as_it_is() -> None:
         assert max(low, least) <= min(high, most), key
 
 
-@pytest.mark.parametrize(("efficiency", "reason"), [(0.8, "that a motion through so many cells"), (1.0, "the motion at ")])
+@pytest.mark.parametrize(
+    ("efficiency", "reason"), sample([(1.0, "the motion at "), (0.8, "that a motion through so many cells")], 2)
+)
 def test_a_motion_that_cells_however_narrow_do_not_follow_is_refused(
     monkeypatch: pytest.MonkeyPatch, efficiency: float, reason: str
 ) -> None:
