@@ -414,7 +414,8 @@ def file_text(file: Path) -> str:
         elif file.parent.is_dir():
             what = "no such file"
             near = nearest(file.name, [other.name for other in file.parent.glob("*.toml")])
-            advice = f"did you mean {quote(near)}?" if near else "a TOML text has several lines, or an equals sign"
+            text = "" if file.suffix == ".toml" else "a TOML text has several lines, or an equals sign"
+            advice = f"did you mean {quote(near)}?" if near else text
         else:
             folder = quote(file.parent.name)
             missing = f"{folder} is no folder" if file.parent.exists() else f"there is no folder {folder}"

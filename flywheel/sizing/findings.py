@@ -527,7 +527,7 @@ def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None, speed: f
 
 
 def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
-    """Error of exp(integral of dF/dE), relative to the larger of it and 1, by the speed's error and the cells."""
+    """Error of exp(integral of dF/dE), relative to the larger of it and 1, by errors of speed and flywheel and the cells."""
     cyclic, cycle, run, machine = sizing.cyclic, sizing.cycle, sizing.run, sizing.machine
     if cyclic is None or cycle is None or run is None or machine is None:
         return None
@@ -545,7 +545,8 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
     here = growth(omega)
     of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error
     moved = np.abs(growth(omega * (1.0 + SPEED_STEP)) - here) / SPEED_STEP * of_speed
-    exponent = float(cells.integral(np.abs(here) * 24 * ROUNDING + moved, cycle.mesh.half).sum())
+    own = 24 * ROUNDING + (sizing.error.exact or 0.0)
+    exponent = float(cells.integral(np.abs(here) * own + moved, cycle.mesh.half).sum())
     exponent += float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(here)) * cycle.mesh.half[:, 0]).sum())
     size = abs(cyclic.multiplier)
     return size * exponent / max(size, 1.0) + 8 * ROUNDING * cycle.mesh.half.size
