@@ -21,6 +21,7 @@ from typing import Any
 
 from bondgraph.files import replacement, write_text
 from flywheel import language as languages
+from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.single_stroke import SingleStroke, single_stroke
@@ -572,7 +573,7 @@ def accuracy(context: Context, remarks: Iterable[str]) -> Section:
             )
         )
     if (proof := sizing.proof) is not None and proof.reason:
-        parts.append(Note(_("NOT proven: {reason}.", reason=proof.reason), "remark"))
+        parts.append(Note(_("NOT proven: {reason}.", reason=message(proof.reason)), "remark"))
     elif proof is not None:
         ends = tuple((name, f"{low!r}", f"{high!r}") for name, (low, high) in proof.figures.items())
         parts.append(Table(_("Proven intervals, SI"), (_("figure"), _("from"), _("to")), ends))

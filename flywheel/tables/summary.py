@@ -610,7 +610,7 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
             yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **values)
     if (proof := sizing.proof) is not None:
         if proof.reason:
-            yield _("NOT proven: {reason}.", reason=proof.reason)
+            yield _("NOT proven: {reason}.", reason=message(proof.reason))
         else:
             name, unit, low, high = next((*each, *proof.figures[k]) for k, each in _proven().items() if k in proof.figures)
             count = len(proof.figures)

@@ -949,6 +949,16 @@ def test_a_torque_that_jumps_at_a_velocity_is_refused_as_such(force: str) -> Non
     result = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 40}}), accuracy="proof")
     assert result.proof is not None
     assert (result.proof.figures, result.proof.reason[:33]) == ({}, "a torque that may jump at a speed")
+    with use("es"):
+        assert "SIN demostrar: un par que puede saltar a una velocidad, en " in " ".join(summary.text(result).split())
+
+
+def test_the_angle_of_a_velocity_is_refused_as_such() -> None:
+    load = [{"on": "slider", "force": "-30*atan2(v - 0.5, 1.2 + x)"}]
+    scene = {**PRESS, "load": load, "drive": {"torque": "900 - 20*omega"}, "regime": {}, "flywheel": {"inertia": 40}}
+    result = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert result is not None
+    assert (result.figures, result.reason) == ({}, "the angle of a velocity, by atan2")
 
 
 PLATE = {
