@@ -792,7 +792,7 @@ def _of_motion(
     # where the speed is extreme
     angle_error: Array = np.zeros_like(speed)
     high, low = (1.0 + extremes.excess[:, k] for k in (0, 1))
-    loose = 2 * irregularity * eps * 0.5 * (high + low)
+    loose = irregularity * eps * (high + low) + 2 * own.speed
     by_speed = cells.fit(solved.rate.by_speed)
     off_speed = 0.5 * eps * irregularity + own.speed
     for k, (name, excess) in enumerate((("angle_speed_max", high), ("angle_speed_min", low))):

@@ -85,9 +85,8 @@ class Programs:
         self._walks = 0
         self._pieces: dict[tuple[float, bool], list[tuple[Program, Conditions | None]] | None] = {}
         self._instants: dict[float, int] = {}
-        self._functions: dict[
-            tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]
-        ] = {}  # with it, so that ids stay
+        # with the program, so that ids stay
+        self._functions: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}
 
     @cached_property
     def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:

@@ -240,9 +240,8 @@ def parse_quantity(value: object, dimension: str | None) -> float:
     flywheel.numerics.units.QuantityError: found "1,5 m", expected a length such as ... write 1.5, not 1,5
     """
     number = plain_number(value)
-    if isinstance(
-        value, str
-    ):  # the number, then its unit, then whether the unit fits; a number alone only if none is needed
+    if isinstance(value, str):
+        # the number, then its unit, then whether the unit fits; a number alone only if none is needed
         parts = split_quantity(value) if len(value) <= _TEXT_LENGTH else None
         if parts is None:
             raise QuantityError(quote(value), _expected(dimension))

@@ -110,19 +110,6 @@ class OwnMotion(NamedTuple):
         scale = float(np.ptp(self.cycle.start[0])) / max(self.solved.irregularity * self.speed**2, 1e-300)
         return float(self.inertia_bound / max(self.inertia, scale, 1e-300))
 
-    def loosened(self, other: OwnMotion | None, share: float) -> OwnMotion:
-        """The same with errors for a flywheel known less well: a share of the change to another motion, or of eps alone."""
-        run, beside = self.run, self.run if other is None else other.run
-        uneven, level = share, share * run.irregularity
-        if other is not None:
-            uneven *= abs(beside.irregularity - run.irregularity) / max(run.irregularity, ROUNDING)
-            level = share * abs(other.speed / self.speed - 1.0)
-        each = zip(run.states_error, run.states, beside.states, strict=False)
-        states = tuple(error + share * abs(to - at) for error, at, to in each)
-        moved = [abs(getattr(beside, name) - getattr(run, name)) for name in ("angle_speed_max", "angle_speed_min")]
-        run = run._replace(error=run.error + 2.0 * uneven, level=run.level + 2.0 * level, states_error=states)
-        return self._replace(run=run, level_error=self.level_error + level, cuts_error=self.cuts_error + share * max(moved))
-
     @property
     def hardly_sized(self) -> bool:
         """Tests whether the irregularity determines the sized flywheel only weakly."""
@@ -882,11 +869,8 @@ def error_of_speeds(motion: OwnMotion) -> float:
     rising = cycle.series[1].take(cell, axis=0)
     rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * rising
     by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)
-    off = (
-        (np.abs(by_speed) + speeds * np.abs(cells.value(rising, t)))
-        * speeds
-        * (0.5 * run.irregularity * run.error + motion.level_error + 8 * ROUNDING)
-    )
+    of_speed = speeds * (0.5 * run.irregularity * run.error + motion.level_error + 8 * ROUNDING)
+    off = (np.abs(by_speed) + speeds * np.abs(cells.value(rising, t))) * of_speed
     errors = np.minimum(off * half / np.maximum(np.abs(cells.slope(rows, t)), 1e-300), 2.0 * half)
     return float(errors[np.abs(t) < 1.0].max(initial=0.0))
 

@@ -687,6 +687,24 @@ def first_kept(search: Search, square: float, *, alone: bool = True) -> Steps[tu
     return spans, *next((span.first, span.error) for span in together(spans.values()) if span.state is LimitState.KEPT)
 
 
+def _loosened(motion: OwnMotion, other: OwnMotion | None, share: float) -> OwnMotion:
+    """A motion whose flywheel is known less well: its errors grow by a share of the change to another motion.
+
+    Without one, as if the irregularity changed by the share, and the mean speed by that share of the irregularity.
+    """
+    run, beside = motion.run, motion.run if other is None else other.run
+    uneven, level = share, share * run.irregularity
+    if other is not None:
+        uneven *= abs(beside.irregularity - run.irregularity) / max(run.irregularity, ROUNDING)
+        level = share * abs(other.speed / motion.speed - 1.0)
+    each = zip(run.states_error, run.states, beside.states, strict=False)
+    states = tuple(error + share * abs(to - at) for error, at, to in each)
+    moved = abs(beside.angle_speed_max - run.angle_speed_max), abs(beside.angle_speed_min - run.angle_speed_min)
+    run = run._replace(error=run.error + 2.0 * uneven, level=run.level + 2.0 * level, states_error=states)
+    cuts = motion.cuts_error + share * max(moved)
+    return motion._replace(run=run, level_error=motion.level_error + level, cuts_error=cuts)
+
+
 def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
     """The same from a search, for the flywheels that it has computed."""
     square = scene.flywheel_ratio**2
@@ -701,7 +719,7 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
         for name, share in figures.items():
             figures[name] = share._replace(error=share.error + (yield from search.slope(name, point)) * error)
         beside, distance = (yield from search.beside(point)) or (None, 1.0)
-        motion = motion.loosened(None if beside is None else beside.motions[0], error / distance)
+        motion = _loosened(motion, None if beside is None else beside.motions[0], error / distance)
     kept = {name: next(span for span in spans[name] if span.state is LimitState.KEPT) for name in spans}
     limits = {name: _limit(scene.limits[name], figures[name], kept[name], square) for name in scene.limits}
     messages = [*gaps(spans, inertia, square)]

@@ -26,7 +26,7 @@ SPECIAL = sample((1, 7, 19, 25, 13, 31, 20, 0, 39, 15, 4, 36, 41, 53, 23, 29), 4
 # rotors and slider-cranks, losses on either side of the clutch, friction, weights; motors on inverters, servo drives
 STROKES = sample((9000004, 11, 2, 7, 19), 5)
 ROUNDED = sample((960000003, 960000005, 960000010, 960000012, 960000016, 960000021), 3)
-PROVEN = sample((70012, 71000042, 70022, 71000002, 70059, 70095), 3)
+PROVEN = sample((70012, 71000042, 70059, 71000002, 70095), 3)
 ROW = 264  # friction, weight, meshes that lose on both sides, ramps of clutch and brake, an induction motor
 NEXT_TO_NOTHING = 10**6 + 60  # is what a mesh passes beside rubbing joints when it changes its side
 
@@ -72,7 +72,7 @@ def test_rounded_scenes(seed: int) -> None:
 def test_proven_intervals_hold_the_figures(seed: int) -> None:
     """Limits of velocities, places and laws that decide branches, motors of all kinds."""
     extra("flint")
-    assert defects(seed, (PROOF,)) == []
+    assert [(v.outcome, v.detail) for v in judged(drawn(seed), (PROOF,)) if v.route == PROOF] == [("right", "")]
 
 
 @pytest.mark.parametrize("seed", STROKES)

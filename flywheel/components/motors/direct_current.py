@@ -485,8 +485,7 @@ class Servo(Motor):
             faults.append(Fault("standstill_torque", f"{self.at_rest:g} N m", least))
         refuse(faults)
         for name, at, torque in (("standstill torque", 0.0, self.at_rest), ("rated torque", *self.rated)):
-            peak = min(max(self._fall * (self.maximum_speed - at), 0.0), self.peak_torque)
-            if peak < torque:
+            if (peak := self._peak_law.evaluate({"omega": at}, np)) < torque:
                 defect = f"a peak curve with {peak:.6g} N m at {_rpm(at)}"
                 advice = "the continuous curve lies within the peak curve"
                 faults.append(Fault("peak_torque", defect, f"at least the {name} of {torque:g} N m", advice))
@@ -532,8 +531,12 @@ class Servo(Motor):
 
     def peak(self, omega: ArrayLike) -> Array:
         """The peak curve P, N m, at speeds omega (rad/s), of their shape."""
-        beyond = self._fall * (self.maximum_speed - np.abs(np.asarray(omega, dtype=float)))
-        return np.asarray(np.clip(beyond, 0.0, self.peak_torque))
+        return np.asarray(self._peak_law.evaluate({"omega": np.asarray(omega, dtype=float)}, np))
+
+    @cached_property
+    def _peak_law(self) -> Expression:
+        numbers = {"peak": self.peak_torque, "fall": self._fall, "most": self.maximum_speed}
+        return compiled("max(0, min({peak}, {fall}*({most} - abs(omega))))", **numbers)
 
     def continuous(self, omega: ArrayLike) -> Array:
         """The continuous curve C, N m, at speeds omega (rad/s), of their shape; within the peak curve."""
@@ -546,15 +549,8 @@ class Servo(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        peak = compiled(
-            "max(0, min({peak}, {fall}*({most} - abs(omega))))",
-            peak=self.peak_torque,
-            fall=self._fall,
-            most=self.maximum_speed,
-        )
-        law = compiled(
-            "max(-{peak}, min({peak}, {gain}*({speed} - omega)))", peak=peak, gain=self.gain, speed=self.set_speed
-        )
+        within = "max(-{peak}, min({peak}, {gain}*({speed} - omega)))"
+        law = compiled(within, peak=self._peak_law, gain=self.gain, speed=self.set_speed)
         return Expression("torque of a servo drive", law.tree)
 
     @property
