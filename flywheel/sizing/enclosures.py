@@ -124,7 +124,8 @@ class Branches:
         self._differences: list[Any] = []
         own: dict[str, Any] = {name: partial(self._answer, signs) for name, signs in balls.SIGNS.items()}
         own |= {name: partial(_unless_open, getattr(np, name)) for name in ("logical_and", "logical_or", "logical_not")}
-        own |= {"sign": self._sign, "where": _chosen}
+        own |= {"sign": self._sign, "where": _chosen, "abs": lambda u: self._greater(u, -u, 1)}
+        own |= {"minimum": partial(self._greater, way=-1), "maximum": partial(self._greater, way=1)}
         self._function = over_balls(program, functions=SimpleNamespace(**vars(balls.NAMESPACE) | own))
 
     def __call__(self, sign_of: Callable[[int, Any], int | None], *arguments: Any) -> tuple[Any, list[Any]]:
@@ -143,6 +144,11 @@ class Branches:
     def _sign(self, u: Any) -> Any:
         side = self._side(u)
         return balls.around(0, balls.exact(1)) if side is None else side
+
+    def _greater(self, a: Any, b: Any, way: int) -> Any:
+        """The greater of two, or the smaller one (way -1)."""
+        side = self._side(a - b)
+        return _chosen(None if side is None else side == way, a, b)
 
 
 def _unless_open(logical: Callable[..., Any], *tests: Any) -> Any:

@@ -256,7 +256,7 @@ def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Ma
     for load, place in ((effort.load, effort.place) for effort in machine.efforts):
         table = load.law if isinstance(load.law, Table) else None
         if table is not None:
-            _of_table(table, load.every, stands)
+            _of_table(table, load.every, stands, _factor(machine.scene, load))
         elif load.every >= machine.scene.cycle:
             continue
         window = [each for each in (load.start, load.end) if each is not None]
@@ -275,9 +275,15 @@ def _of_loads(machine: Machine, written: Iterable[tuple[float, Any]], inputs: Ma
     return numbers
 
 
-def _of_table(table: Table, every: float, stands: Callable[[float, Any], None]) -> None:
+def _factor(scene: Scene, load: Load) -> Fraction:
+    """The factor by which a load is multiplied, as it is written."""
+    factor = None if scene.document is None else scene.document.quantities.get(f"{load.path}.factor")
+    return Fraction(1) if factor is None else Fraction(*exact_ratio(middle_of(factor.value), factor.dimension))
+
+
+def _of_table(table: Table, every: float, stands: Callable[[float, Any], None], factor: Fraction) -> None:
     """Notes of what the numbers of a table's pieces are the floats; `every` is its period, rad."""
-    angles, values = _rows(table, every)
+    angles, values = _rows(table, every, factor)
     floats = table_pieces(table.angle, table.value, table.interpolation)
     exact = table_pieces(angles, values, table.interpolation)
     for here, there in zip((table.angle, *floats), (angles, *exact), strict=True):
@@ -325,9 +331,10 @@ def _of_spline(table: Table, period: float, stands: Callable[[float, Any], None]
                 raise UnprovenError("a number of a spline that is 0 as a float")
 
 
-def _rows(table: Table, every: float) -> list[Any]:
-    """The rows of a table as they are written, angles (rad) and values."""
+def _rows(table: Table, every: float, factor: Fraction = Fraction(1)) -> list[Any]:
+    """The rows of a table as they are written, angles (rad) and values, these times a factor."""
     rows = _fractions(table.written.tolist())
+    rows[1] = factor * rows[1]
     if abs(float(table.angle[-1] - table.angle[0]) - every) <= _READ * every:  # it was put onto its period
         rows[0][-1] = rows[0][0] + balls.share_of_pi(every) * Fraction(*exact_ratio("180 deg", "angle"))
     return _as_read(rows, (table.angle, table.value), "a table whose ends are put where its load begins or ends")

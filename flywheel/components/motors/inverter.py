@@ -101,7 +101,7 @@ class InverterInduction(Induction):
 
     def flux(self, field: ArrayLike) -> Array:
         """Flux phi over the rated one at speeds of the field (rad/s), of their shape."""
-        return np.asarray(np.minimum(1.0, self.weakening_speed / np.maximum(field, 0.5 * self.weakening_speed)))
+        return np.asarray(self.weakening_speed / np.maximum(field, self.weakening_speed))
 
     @property
     def _breakdown_reach(self) -> float:
@@ -184,9 +184,9 @@ class InverterInduction(Induction):
             top = 2.0 * mains.breakdown_torque * reach
             law = compiled("{top}*{slip}/({slip}**2 + {square})", top=top, slip=slip, square=reach**2)
         if self.weakened:
-            flux = compiled(
-                "min(1, {w}/max({field}, {half}))", w=self.weakening_speed, field=field, half=0.5 * self.weakening_speed
-            )
+            # a field set no faster than that is faster only with a rotor that brakes: the two are often equal
+            faster = field if self.inverter.frequency > self.inverter.weakening else compiled("omega - {r}", r=reach)
+            flux = compiled("{w}/max({w}, {faster})", w=self.weakening_speed, faster=faster)
             law = compiled("{flux}**2*{law}", flux=flux, law=law)
         if self.inverter.torque_limit is not None:
             law = compiled("min({most}, max(-{most}, {law}))", most=self.torque_limit, law=law)
