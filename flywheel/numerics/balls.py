@@ -46,6 +46,10 @@ class UnprovenError(ValueError):
     """Reason why a value cannot be proven."""
 
 
+class WorkLimitError(UnprovenError):
+    """A proof that would take too long, with more digits as well."""
+
+
 def rational(numerator: int, denominator: int) -> Any:
     """The ball of a ratio of two integers."""
     return arb(fmpq(numerator, denominator))

@@ -27,7 +27,7 @@ from flywheel.machine.machine import MeshStage
 from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
 from flywheel.mechanisms.linkage import LinkageUnknowns
 from flywheel.numerics import balls
-from flywheel.numerics.balls import Model, UnprovenError, rational
+from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
 from flywheel.numerics.implicit import ImplicitEquations, double_zero_near, falling_zero, zero_near
 
 SAME = 2.0**-60  # of two numbers, and of angles in rad: what they agree to within counts as the same
@@ -522,7 +522,7 @@ class Motions:
                 self._inertias.append(inertias)
                 value = own(cell.high - cell.middle).mid()
             if len(self._cells) + len(todo) > _MOST_CELLS:
-                raise UnprovenError("that a motion through so many cells is found in time")
+                raise WorkLimitError("that a motion through so many cells is found in time")
         self._effort = max(abs(float(cell.polynomials[MOMENT][0].mid())) for cell in self._cells)
         sums = EnergySums(self._cells, [(0 * cell.polynomials[0], 0 * cell.polynomials[0]) for cell in self._cells])
         self.bounds = -sums.greatest(0, 1, left, -1), sums.greatest(0, 1, left)

@@ -29,7 +29,7 @@ from flywheel.machine.machine import Machine
 from flywheel.machine.programs import StretchWalk, Structure, UnrecordedError, recorded
 from flywheel.mechanisms.law import about_edges, spans, spline_curve
 from flywheel.numerics import balls
-from flywheel.numerics.balls import Model, UnprovenError, rational
+from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
 from flywheel.numerics.cells import table_pieces
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.implicit import zero_near
@@ -191,6 +191,8 @@ def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[f
                     found |= _cycle_over_ranges(scene, structure, columns, ranges, (order, left), scales) if ranges else {}
                     same += double_edges_of(structure, columns)
                     return {name: balls.ends(ball) for name, ball in found.items()}, same
+            except WorkLimitError:
+                raise
             except UnprovenError as error:
                 open_still = error
                 continue
