@@ -28,7 +28,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
-from flywheel.numerics.jets import acos, acosh, cos, is_recorded, present, sin, sqrt
+from flywheel.numerics.jets import acos, acosh, cos, is_recorded, mapped, present, recorded_in, sin, sqrt
 from flywheel.numerics.switching import SwitchingError, followed, roots
 from flywheel.scene.scene import BODY, Body, Key, Mechanism, length
 
@@ -688,10 +688,10 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = M
     (0.3, 0.5)
 
     """
-    recorded = [value for value in (*mechanism.geometry.values(), *parameters.values()) if is_recorded(value)]
-    if recorded:
+    depends = mechanism.unweighed(), dict(parameters)
+    if recorded := recorded_in(depends):
         return _reversals(mechanism, port, parameters, recorded)
-    key = pickle.dumps((mechanism.unweighed(), port, dict(parameters)))  # mechanisms themselves have no hash
+    key = pickle.dumps((port, *depends))  # mechanisms themselves have no hash
     ends = _ends[key] if key in _ends else _reversals(mechanism, port, parameters, [])
     _ends[key] = ends
     for oldest in list(_ends)[:-_MOST_PORTS]:
@@ -703,8 +703,7 @@ def _reversals(mechanism: Mechanism, port: str, parameters: Mapping[str, float],
     family = plain = build(mechanism, parameters)
     velocity = family.ports[port].velocity
     if recorded:
-        now, values = ({name: present(value) for name, value in each.items()} for each in (mechanism.geometry, parameters))
-        plain = build(replace(mechanism, geometry=now), values)
+        plain = build(*mapped((mechanism, parameters), present))
     if mechanism.stroke is not None:
         (first, last), period, breaks = mechanism.stroke, None, set(family.breakpoints)
     else:

@@ -8,8 +8,8 @@ wide for the proof get bounds without end, so that they are cut. Rounding is cov
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial, reduce
 from math import cos, sin, tau
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import cos as cosine_of
-from flywheel.numerics.jets import is_recorded, mapped, present, presents
+from flywheel.numerics.jets import is_recorded, mapped, present, presents, recorded_in
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import Key, Mechanism
 
@@ -136,8 +136,8 @@ def followed(mechanism: Mechanism) -> Cyclic:
     linkage = mechanism.linkage
     if linkage is None:
         raise ValueError("a mechanism of type linkage needs its linkage")
-    if _numbers(linkage):
-        plain, lengths = followed(replace(mechanism, linkage=_mapped(linkage, present))), _numbers(_unweighed(linkage))
+    if recorded_in(linkage):
+        plain, lengths = followed(replace(mechanism, linkage=mapped(linkage, present))), recorded_in(_unweighed(linkage))
         if lengths and not lengths[0].recorder.exact:
             raise TypeError("lengths of a linkage")
         return plain._replace(unknowns=LinkageUnknowns(_unweighed(linkage), lengths, plain)) if lengths else plain
@@ -168,23 +168,11 @@ def followed(mechanism: Mechanism) -> Cyclic:
     raise SceneError([Fault(mechanism.path, defect, "a cycle after which it returns", advice)])
 
 
-def _mapped(linkage: Linkage, change: Callable[[Any], Any]) -> Linkage:
-    """A linkage with every recorded number changed."""
-    return replace(linkage, **{each.name: mapped(getattr(linkage, each.name), change) for each in fields(linkage)})
-
-
 def _unweighed(linkage: Linkage) -> Linkage:
     """A linkage without masses, guesses and sides of its assembly, on which no equation depends."""
     links = (link._replace(guess=None) for link in linkage.unweighed().links)
     joints = (joint._replace(guess=None, friction=0.0, radius=0.0, length=0.0) for joint in linkage.joints)
     return replace(linkage, links=tuple(links), joints=tuple(joints), sides=(), start=0.0)
-
-
-def _numbers(linkage: Linkage) -> list[Any]:
-    """The recorded numbers of a linkage, each once."""
-    numbers: dict[int, Any] = {}
-    _mapped(linkage, lambda number: numbers.setdefault(number.number, number))
-    return list(numbers.values())
 
 
 class LinkageUnknowns:
@@ -222,7 +210,7 @@ class LinkageUnknowns:
         recorder = Recorder()
         unknowns, psi = [recorder.input(name) for name in self.loops.names[1:]], recorder.input(self.loops.names[0])
         own = {number.number: recorder.input(str(k), number.value) for k, number in enumerate(self.numbers)}
-        equations = Equations(loops(_mapped(self._linkage, lambda number: own[number.number]), unit=1.0))
+        equations = Equations(loops(mapped(self._linkage, lambda number: own[number.number]), unit=1.0))
         z = np.array([[psi, *unknowns]], dtype=object)
         bases = equations.bases(z)
         return recorder.program([*equations.residual(z, bases)[0], *equations.jacobian(z, bases)[0, :, 1:].ravel()])

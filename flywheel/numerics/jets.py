@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Any, TypeGuard
 
@@ -293,17 +294,26 @@ def presents(values: Any) -> NDArray[np.float64]:
 
 
 def mapped(record: Any, change: Callable[[Any], Any]) -> Any:
-    """A tree of records and tuples with every recorded number in it changed.
+    """A tree of records, tuples and mappings with every recorded number in it changed.
 
-    >>> mapped((1.0, "a", (2.0,)), lambda number: -number)
-    (1.0, 'a', (2.0,))
+    >>> mapped((1.0, "a", {"b": (2.0,)}), lambda number: -number)
+    (1.0, 'a', {'b': (2.0,)})
     """
     if is_recorded(record):
         return change(record)
     if isinstance(record, tuple):
         entries = [mapped(entry, change) for entry in record]
         return type(record)(*entries) if hasattr(record, "_fields") else tuple(entries)
-    return record
+    if is_dataclass(record) and not isinstance(record, type):
+        return replace(record, **{each.name: mapped(getattr(record, each.name), change) for each in fields(record)})
+    return {name: mapped(entry, change) for name, entry in record.items()} if isinstance(record, Mapping) else record
+
+
+def recorded_in(record: Any) -> list[Any]:
+    """The recorded numbers in such a tree, each once."""
+    numbers: dict[int, Any] = {}
+    mapped(record, lambda number: numbers.setdefault(number.number, number))
+    return list(numbers.values())
 
 
 def _of_any_number(plain: Callable[..., float], ufunc: Callable[..., Any]) -> Callable[..., float]:

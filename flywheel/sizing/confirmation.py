@@ -138,7 +138,8 @@ def _disagreement(cycle: Confirmation, limited: Mapping[str, float], regime: Reg
     pairs = [(cycle.irregularity, run.irregularity, run.error), (cycle.period, period, period_error)]
     pairs += [(value, regime.limits[name].reached, regime.limits[name].reached_error) for name, value in limited.items()]
     apart = [8 * ROUNDING + abs(a / b - 1) + error if a is not None and b > 0.0 else 0.0 for a, b, error in pairs]
-    return max(*apart, 8 * ROUNDING + of_speeds), apart[1], of_speeds
+    uneven = 0.0 if run.irregularity > 0.0 else 8 * ROUNDING + cycle.irregularity  # of an even motion the scale is 1
+    return max(*apart, uneven, 8 * ROUNDING + of_speeds), apart[1], of_speeds
 
 
 def _cycle_in_time(
