@@ -73,6 +73,7 @@ class Recorder:
         self._tape: list[tuple[Any, ...]] = []  # of every node: operation and operands; ("input", k); ("place", value)
         self._nodes: dict[tuple[Any, ...], Recorded] = {}
         self._guarded: set[tuple[int, str]] = set()
+        self.solved: dict[Any, Any] = {}  # functions that stay calls, each once
 
     def input(self, name: str, value: float | None = None) -> Recorded:
         """A number still to come: a parameter with the value that it has now, or a variable."""

@@ -46,7 +46,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present
-from flywheel.numerics.switching import SwitchingError, decided_by_position, followed, narrow
+from flywheel.numerics.switching import SwitchingError, decided_by_position, followed, narrow, solved
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Load, Scene, Table
 
@@ -326,14 +326,10 @@ class UnrecordedError(ValueError):
 
 
 class RecordedMachine(Machine):
-    """A machine from a scene with recorded numbers, beside its plain `twin` from the scene with their values.
+    """A machine from a scene with recorded numbers, beside its plain `twin` from the scene with their values."""
 
-    `zeros` are the angles (rad) that were followed, each with the function whose zero it is.
-    """
-
-    def __init__(self, scene: Scene, twin: Machine) -> None:
-        self.twin = twin
-        self.zeros: list[tuple[Any, Function]] = []
+    def __init__(self, scene: Scene, twin: Machine, recorder: Recorder) -> None:
+        self.twin, self._recorder = twin, recorder
         super().__init__(scene)
 
     def _mark(self, name: str, solved: Callable[[], Angles], *, of_loads: bool = True) -> Angles:
@@ -388,23 +384,20 @@ class RecordedMachine(Machine):
         return np.array([self._followed(angle, [partial(flow, angle)]) for angle in angles])
 
     def _followed(self, angle: float, functions: list[Function]) -> Any:
-        """The zero that one of some functions has at an angle now, by Newton's method from there."""
+        """The zero that one of some functions has at an angle now; of floats that very angle."""
         near, values = _ZERO_DISTANCE * self.scene.cycle, [function(angle) for function in functions]
-        if not any(isinstance(value, Recorded) for value, _ in values):
-            crossed = (abs(value) < near * abs(slope) for value, slope in values)
-            self.zeros += [(angle, function) for function, zero in zip(functions, crossed, strict=True) if zero]
-            return angle
         for function, (value, slope) in zip(functions, values, strict=True):
             now, steep = abs(present(value)), abs(present(slope))
             if steep == 0.0 or not now <= near * steep:
                 continue
+            if self._recorder.exact:
+                return solved(self._recorder, function, angle)
             if not isinstance(value, Recorded):
-                self.zeros.append((angle, function))
                 return angle
             with suppress(SwitchingError):
-                phi = followed(function, angle, self.scene.cycle)
-                self.zeros.append((phi, function))
-                return phi
+                return followed(function, angle, self.scene.cycle)
+        if not any(isinstance(value, Recorded) for value, _ in values):
+            return angle
         raise UnrecordedError("an angle at which a law only touches its switch, or a place only stands still")
 
 
@@ -492,10 +485,9 @@ class Structure:
     conditions: common properties of the designs. landmarks: edges between which one walk holds and nothing is narrow.
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
-    crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. zeros: an angle
-    (rad) that Newton's method has followed, and the function whose zero it is, with its slope, at phi. twin: the machine
-    that it was recorded from. limits: those of its scene, in their order.
-    efficiencies: those of its stages, where they may vary.
+    crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. twin: the machine
+    that it was recorded from. limits: those of its scene, in their order. efficiencies: those of its stages, where they may
+    vary.
     """
 
     paths: tuple[str, ...]
@@ -507,7 +499,6 @@ class Structure:
     walks: tuple[StretchWalk, ...]
     numbers: Program
     counts: tuple[int, ...] = ()
-    zeros: tuple[Program, ...] = ()
     limits: Program | None = None
     efficiencies: Program | None = None
 
@@ -555,7 +546,6 @@ class Structure:
             landmarks=of(self.landmarks),
             walks=tuple(walks[id(walk)] for walk in self.walks),
             numbers=of(self.numbers),
-            zeros=tuple(map(of, self.zeros)),
             efficiencies=self.efficiencies and of(self.efficiencies),
         )
 
@@ -675,12 +665,12 @@ class UnrecordableError(UnrecordedError):
 
 
 def recorded(
-    scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = (), *, zeros: bool = False
+    scene: Scene, paths: Sequence[str], values: Sequence[float], fixed: Sequence[str] = (), *, exact: bool = False
 ) -> Structure:
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
 
-    fixed: paths whose numbers designs of the structure have in common. zeros: True includes the functions whose zeros the
-    edges follow, and admits what has no effect on the motion with one flywheel: limits, and a wheel to be chosen.
+    fixed: paths whose numbers designs of the structure have in common. exact: True keeps what is solved for as calls, for
+    numbers of any kind, and admits what has no effect on the motion with one flywheel: limits, and a wheel to be chosen.
 
     Raises:
         SceneError: if the scene with these values is at fault.
@@ -690,7 +680,7 @@ def recorded(
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
     # What a program of position alone does not tell is refused.
-    drive, limited = base.drive, not zeros and any(name != "irregularity" for name in base.limits)
+    drive, limited = base.drive, not exact and any(name != "irregularity" for name in base.limits)
     for excluded, what in (
         (base.areas is not None, "a diagram of areas has no machine"),
         (base.stroke is not None, "a stroke is no cycle"),
@@ -702,11 +692,11 @@ def recorded(
             "the motor has a limit of its heat, which its current makes",
         ),
         (not base.has_speed or not base.has_flywheel, "no speed or no flywheel is given"),
-        (base.wheel is not None and not zeros, "a wheel is to be chosen for each"),
+        (base.wheel is not None and not exact, "a wheel is to be chosen for each"),
         (bool(base.duty), "a duty has several phases"),
         (base.rubs, "friction in joints follows from the motion"),
         (
-            not zeros
+            not exact
             and drive is not None
             and not (base.depends_on_speed or any(efficiency < 1.0 for efficiency in base.efficiencies.values()))
             and not isinstance(drive.law, float | int | None),
@@ -715,7 +705,7 @@ def recorded(
     ):
         if excluded:
             raise UnrecordedError(what)
-    twin, recorder = Machine(base), Recorder(exact=zeros)
+    twin, recorder = Machine(base), Recorder(exact=exact)
     phi = recorder.input("phi")
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
     try:
@@ -723,12 +713,8 @@ def recorded(
             for path in fixed:
                 recorder.compared("equal", numbers[path], numbers[path].value)
             own = base.with_({path: numbers[path] for path in paths if path not in fixed})
-            machine = RecordedMachine(_on_record(own, recorder) if zeros else own, twin)
-            structure = _structure(machine, recorder, phi, tuple(paths))
-            followed = machine.zeros if zeros else []
-            inputs = recorder.inputs[: 1 + len(paths)]
-            programs = (recorder.program([angle, *function(phi)], inputs) for angle, function in followed)
-            return replace(structure, zeros=tuple(programs))
+            machine = RecordedMachine(_on_record(own, recorder) if exact else own, twin, recorder)
+            return _structure(machine, recorder, phi, tuple(paths))
     except UnrecordedError:
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many

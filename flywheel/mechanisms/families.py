@@ -29,7 +29,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import acos, acosh, cos, is_recorded, mapped, present, recorded_in, sin, sqrt
-from flywheel.numerics.switching import SwitchingError, followed, roots
+from flywheel.numerics.switching import SwitchingError, followed, roots, solved
 from flywheel.scene.scene import BODY, Body, Key, Mechanism, length
 
 Array = NDArray[np.float64]
@@ -725,10 +725,13 @@ def _reversals(mechanism: Mechanism, port: str, parameters: Mapping[str, float],
         return roots(enclose, value, a, b)
 
     def now_at(anchor: float, root: float) -> Any:
-        """The root with recorded lengths; where these are exact, from a number on record: it may be a share of pi."""
+        """The root with recorded lengths."""
         recorder = recorded[0].recorder
-        near = recorder.node(root) if recorder.exact else root
-        return followed(lambda psi: _flow(family, velocity, family.position(psi, NAMESPACE, anchor)), near, last - first)
+
+        def flow(psi: Any) -> tuple[Any, Any]:
+            return _flow(family, velocity, family.position(psi, NAMESPACE, anchor))
+
+        return solved(recorder, flow, root) if recorder.exact else followed(flow, root, last - first)
 
     def displacement(psi: Array) -> Array:
         position = family.ports[port].position

@@ -22,6 +22,7 @@ _MOST_BOXES = 8  # boxes tried, and steps that narrow the enclosure in the one t
 _ROUNDED = 2.0**-50  # of a coordinate: balls about two that differ by less are one
 _MOST_PLACES = 8192  # approximations that are kept
 _SECANTS = 30  # steps towards a zero: ten are usual
+_MOST_STEPS = 6  # towards the ball of a zero: each has about twice the digits
 _ZERO_REACH = -80  # power of two, rad: about an angle, where its zero is searched for at least
 _DERIVATIVES = 2  # of the unknowns by x that are returned
 
@@ -192,10 +193,59 @@ class ImplicitEquations:
         return [entries[k : k + count] for k in range(0, len(entries), count)]
 
 
-def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
-    """The ball of the one zero of a function near an angle (rad), proven by an interval Newton step.
+class ZeroNear:
+    """The zero of a function of an angle and numbers, near an angle (rad): of balls, and of jets of these.
 
-    N = m - f(m)/f'(X), X = m ± r: where N lies inside X, f has one zero in X, and that lies in N.
+    Slopes by a number p are -f_p/f'.
+
+    Args:
+        function: f and its slope f', of an angle and numbers.
+        of_jets: the same of jets.
+        near: the angle.
+        most: the greatest distance of two zeros, where the function only touches zero: they count as one.
+
+    Raises UnprovenError where it is not proven.
+
+    """
+
+    def __init__(
+        self, function: Callable[..., Sequence[Any]], of_jets: Callable[..., Sequence[Any]], near: float, most: float
+    ) -> None:
+        self._function, self._of_jets, self._near, self._most = function, of_jets, arb(near), most
+        self._known: dict[Any, tuple[Any, bool]] = {}
+
+    def __call__(self, *numbers: Any) -> list[Any]:
+        """The zero alone."""
+        plain = [_value(number) for number in numbers]
+        zero, _ = self.at(plain)
+        if not any(isinstance(number, Jet) for number in numbers):
+            return [zero]
+        moved = self._of_jets(zero, *numbers)[0]
+        return [Jet(zero, -moved.first / self._function(zero, *plain)[1])] if isinstance(moved, Jet) else [zero]
+
+    def at(self, numbers: Sequence[Any]) -> tuple[Any, bool]:
+        """The ball of the zero, and whether there may be two so near to each other that they count as one."""
+        known = (flint.ctx.prec, *map(key, numbers))
+        if known not in self._known:
+
+            def function(place: Any) -> Sequence[Any]:
+                return self._function(place, *numbers)
+
+            try:
+                self._known[known] = zero_near(function, self._near), False
+            except UnprovenError as simple:
+                try:
+                    self._known[known] = double_zero_near(function, self._near, self._most), True
+                except (ArithmeticError, ValueError):  # a series may divide by 0 there
+                    raise simple from None
+        return self._known[known]
+
+
+def zero_near(function: Callable[[Any], Sequence[Any]], angle: Any) -> Any:
+    """The ball of the one zero of a function near an angle (rad), proven by interval Newton steps.
+
+    N = m - f(m)/f'(X), X = m ± r: where N lies inside X, f has one zero in X, and that lies in N, with which the next
+    step begins.
 
     Args:
         function: f and its slope at a ball.
@@ -211,16 +261,22 @@ def zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any) -> Any:
     (True, True)
 
     """
-    middle = angle.mid()
-    value, slope = (ball(each) for each in function(middle))
-    reach = (8 * abs(value / slope) + 4 * angle.rad() + arb(2) ** _ZERO_REACH).upper()
-    step = value / ball(function(arb(middle, reach))[1])
-    if not (reach.is_finite() and abs(step) < reach):
+    zero, reach = None, arb(2) ** _ZERO_REACH
+    for _ in range(_MOST_STEPS):
+        own = angle if zero is None else zero
+        middle = own.mid()
+        value, slope = (ball(each) for each in function(middle))
+        reach = (8 * abs(value / slope) + 4 * own.rad() + reach).upper()
+        step = value / ball(function(arb(middle, reach))[1])
+        if not (reach.is_finite() and abs(step) < reach) or (zero is not None and 2 * step.rad() > zero.rad()):
+            break
+        zero, reach = middle - step, arb(0)
+    if zero is None:
         raise UnprovenError("an angle at which a load breaks is not proven")
-    return middle - step
+    return zero
 
 
-def double_zero_near(function: Callable[[Any], tuple[Any, Any]], angle: Any, most: float) -> Any:
+def double_zero_near(function: Callable[[Any], Sequence[Any]], angle: Any, most: float) -> Any:
     """The ball of both zeros of a function that only touches zero near an angle (rad), if they are as good as one.
 
     The slope f' has one zero m there, and f(m + t) = f(m) + f''(X) t²/2: zeros lie within sqrt(2 |f(m)/f''(X)|) of m.

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.numerics import roots_between
+from bondgraph.recording import Program, Recorder
 from flywheel.numerics import expressions
 from flywheel.numerics.expressions import At, Expression, Node
 from flywheel.numerics.intervals import NAMESPACE, Interval, Powers, Scaled, interval, plain, scaled_namespace
@@ -48,6 +49,39 @@ class SwitchingError(ValueError):
 
 _NEWTON_STEPS = 8  # of Newton's method, from the root of a function whose numbers are recorded
 _LAST_STEP = 1e-12  # of a range of angles: the last step, at most
+_DIGITS = 9  # decimals of an angle by which zeros of one function are told apart
+
+
+class FollowedZero:
+    """The zero of a function of an angle and recorded numbers that is near an angle (rad).
+
+    `program` gives value and slope. Called with the numbers it is that zero in floats, by Newton's method.
+    """
+
+    def __init__(self, program: Program, near: float) -> None:
+        self.program, self.near = program, near
+
+    def __call__(self, *numbers: Any) -> list[Any]:  # noqa: D102  # said above
+        function, phi = self.program.function(), self.near
+        for _ in range(_NEWTON_STEPS):
+            value, slope = function(phi, *numbers)
+            phi = phi - value / slope
+        return [phi]
+
+
+def solved(recorder: Recorder, function: Callable[[Any], tuple[Any, Any]], angle: float) -> Any:
+    """The zero of a function of the first input of an exact recording, and of its numbers: a call, for all kinds of numbers.
+
+    Args:
+        recorder: the recording.
+        function: value and slope at an angle.
+        angle: the zero now, rad.
+
+    """
+    phi, numbers = recorder.inputs[0], [each for each in recorder.inputs if each.value is not None]
+    program = recorder.program(function(phi), [phi, *numbers])
+    zero = recorder.solved.setdefault((program, round(angle, _DIGITS)), FollowedZero(program, angle))
+    return recorder.call(zero, numbers, 1, [angle])[0]
 
 
 def followed(function: Callable[[Any], tuple[Any, Any]], angle: float, span: float) -> Any:

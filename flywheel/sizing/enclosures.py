@@ -28,7 +28,8 @@ from flywheel.machine.programs import RATE, STAGE, StretchWalk, Structure
 from flywheel.mechanisms.linkage import LinkageUnknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
-from flywheel.numerics.implicit import ImplicitEquations, double_zero_near, falling_zero, zero_near
+from flywheel.numerics.implicit import ImplicitEquations, ZeroNear, falling_zero
+from flywheel.numerics.switching import FollowedZero
 
 SAME = 2.0**-60  # of two numbers, and of angles in rad: what they agree to within counts as the same
 PRECISIONS = ((80, 20, 1e-17), (128, 24, 1e-25), (192, 32, 1e-34))
@@ -40,7 +41,7 @@ _SMOOTH = tuple(k for k, name in enumerate(STAGE) if name != "exchanged")  # row
 
 _PLACES = 8  # of the cycle, for the sizes of its functions
 _LOOSE = 64.0  # what extremes leave open, over what cells do
-_MOST_CELLS = 550  # of a motion: more would take several hundred times as long as a sizing
+_MOST_CELLS = 800  # of a motion: more would take several hundred times as long as a sizing
 _OPEN_MOTION = 1e4  # what a motion may leave open, over what cells do, of its v
 _RANGE = 1e-17  # of a flywheel, and of an unknown: about them, for which the laws in a cell are evaluated at once
 _SECANT = 1e-12  # of a flywheel, and of an unknown: change by which its effect is estimated
@@ -90,6 +91,8 @@ def place_of(place: Any, number: Callable[[float], Any] = balls.constant) -> Any
     """The entry of a place of a program over balls: an index, the ball of a number, or the unknowns of a linkage."""
     if isinstance(place, LinkageUnknowns):
         return _unknowns(place)
+    if isinstance(place, FollowedZero):
+        return zero_of(place)
     if isinstance(place, tuple) or callable(place):
         raise UnprovenError("a function or a table that is not arithmetic")
     return place if type(place) is int else number(place)
@@ -102,6 +105,12 @@ def _unknowns(unknowns: LinkageUnknowns) -> ImplicitEquations:
     return ImplicitEquations(
         over_balls(equations, count, balls.JETS), over_balls(equations), lambda x: unknowns(x)[: 2 * count]
     )
+
+
+@lru_cache(maxsize=64)
+def zero_of(zero: FollowedZero) -> ZeroNear:
+    """A zero that a recording has solved for, over balls."""
+    return ZeroNear(over_balls(zero.program), over_balls(zero.program, functions=balls.JETS), zero.near, SAME)
 
 
 def threshold(value: float) -> Any:
@@ -176,58 +185,33 @@ def possible_sign(_: int, difference: Any) -> int | None:
     return None
 
 
-def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[tuple[Any, Program | None, Program | None]]:
-    """The edges of smooth pieces: approximate angle (rad), and its formula, or the function of which it is a zero.
+def marks_of(structure: Structure, columns: Sequence[Any]) -> Iterator[tuple[Any, Program | None]]:
+    """The edges of smooth pieces: approximate angle (rad), and its formula.
 
-    An edge inside a piece, or one where a cell ends only for resolution, has neither: its exact place has no effect.
+    An edge inside a piece, or one where a cell ends only for resolution, has none: its exact place has no effect.
     """
     zero, marks, twin = rational(0, 1), structure.landmarks, structure.twin
     resolving = np.isin(twin.landmarks, np.setdiff1d(twin.breakpoints, twin.switches))
-
-    def loosely(program: Program) -> Any:
-        part = program.only(1)
-        places = tuple(place_of(place, threshold) for place in part.places)
-        return balls.ball(part._replace(places=places).function(balls.NAMESPACE)(zero, *columns)[0])
-
-    zeros = [(loosely(program), program._replace(outputs=program.outputs[1:]).only(2)) for program in structure.zeros]
     for k, output in enumerate(marks.outputs):
         program = marks._replace(outputs=(output,)).only(1)
-        angle = loosely(program)
-        followed = next((own for at, own in zeros if at.mid() == angle.mid() and at.rad() == angle.rad()), None)
-        if resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k]):
-            yield angle, None, None
-        else:
-            yield angle, program if followed is None else None, followed
+        part = program._replace(places=tuple(place_of(place, threshold) for place in program.places))
+        angle = balls.ball(part.function(balls.NAMESPACE)(zero, *columns)[0])
+        inner = resolving[k] or (0 < k < len(structure.walks) and structure.walks[k - 1] is structure.walks[k])
+        yield angle, None if inner else program
 
 
 def edges_of(structure: Structure, columns: Sequence[Any]) -> list[Any]:
-    """Balls of the edges of smooth pieces.
-
-    Where Newton's method has followed the zero of a function, that zero is proven anew, so that the float at which it began
-    has no effect.
-    """
-    return [edge for edge, _ in _edges_of(structure, columns)]
+    """Balls of the edges of smooth pieces."""
+    return [
+        balls.ball(over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle
+        for angle, formula in marks_of(structure, columns)
+    ]
 
 
 def double_edges_of(structure: Structure, columns: Sequence[Any]) -> int:
     """The number of edges at which a function only touches zero: at most two zeros of it, which count as one."""
-    return sum(double for _, double in _edges_of(structure, columns))
-
-
-def _edges_of(structure: Structure, columns: Sequence[Any]) -> Iterator[tuple[Any, bool]]:
-    for angle, formula, zero in marks_of(structure, columns):
-        if zero is None:
-            yield balls.ball(over_balls(formula)(rational(0, 1), *columns)[0]) if formula else angle, False
-            continue
-        function = partial(lambda at, phi: at(phi, *columns), over_balls(zero))
-        try:
-            edge, double = zero_near(function, angle), False
-        except UnprovenError as simple:
-            try:
-                edge, double = double_zero_near(function, angle, SAME), True
-            except (ArithmeticError, ValueError):  # a series may divide by 0 there
-                raise simple from None
-        yield edge, double
+    zeros = (place for place in structure.landmarks.places if isinstance(place, FollowedZero))
+    return sum(zero_of(zero).at(columns)[1] for zero in zeros)
 
 
 def cells_of(functions: Sequence[Callable[[Any], Any]], edges: Sequence[Any], order: int, left: float) -> list[Model]:
@@ -506,9 +490,9 @@ class Motions:
             narrow = cell.high - cell.low < reach
             if laws[0].outwards is None:
                 laws = [laws[1].all_over()] * 2
-            own, followed = self._followed(cell, laws, value)
-            if own is None and narrow and self._switches and laws[0].outwards is not None:  # where a piece begins or ends
-                own, followed = self._followed(cell, [laws[1].all_over()._replace(outwards=None)] * 2, value)
+            own, followed = self._followed(cell, laws, value, narrow)
+            if own is None and self._switches and laws[0].outwards is not None:  # where a piece begins, or a mesh idles
+                own, followed = self._followed(cell, [laws[1].all_over()._replace(outwards=None)] * 2, value, narrow)
             if own is None and narrow and structure.twin.jumps_at_speeds:
                 raise UnprovenError(f"a torque that may jump at a speed, at {float(cell.middle):.6g} rad")
             if own is None and narrow:
@@ -531,11 +515,13 @@ class Motions:
         self._growing: Sequence[balls.Growth] = ()
         self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
-    def _followed(self, cell: Model, laws: Sequence[_EnergyLaw], value: Any) -> tuple[Any, Sequence[_EnergyLaw]]:
+    def _followed(
+        self, cell: Model, laws: Sequence[_EnergyLaw], value: Any, narrow: bool
+    ) -> tuple[Any, Sequence[_EnergyLaw]]:
         """The polynomial of E in a cell on the motion near, from E at its low end, and the laws there with their signs.
 
         None where the cell is too wide: where polynomials miss the motion by more than they may, or where the sides of
-        meshes or of switches are not proven.
+        meshes or of switches are not proven. A narrow cell may leave the sides open.
         """
         most = _DEFECT * self._allowed
         try:
@@ -548,7 +534,8 @@ class Motions:
                 laws = [law._replace(signs=signs) for law in laws]
                 place = self._place(cell, laws, self._unknown)
                 self._check_sides(place, own, laws, self._unknown)
-            if laws[0].outwards is not None and not balls.missed(place, own, self._order) * (cell.high - cell.low) < most:
+            unsided = narrow and laws[0].outwards is None
+            if not (unsided or balls.missed(place, own, self._order) * (cell.high - cell.low) < most):
                 return None, laws
         except (ArithmeticError, ValueError):  # UnprovenError is one
             return None, laws

@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
@@ -32,7 +31,7 @@ from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
 from flywheel.numerics.cells import table_pieces
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.implicit import zero_near
+from flywheel.numerics.switching import FollowedZero
 from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
@@ -153,7 +152,7 @@ def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, 
     def structure(*endings: str) -> tuple[Structure, Mapping[str, Any], Mapping[str, Any]]:
         fixed = {k: each for k, each in written.items() if k.startswith(windows) or k.endswith(endings) or k in constants}
         inputs = {path: each for path, each in written.items() if path not in fixed}
-        return recorded(scene, tuple(inputs), [each.number for each in inputs.values()], zeros=True), inputs, fixed
+        return recorded(scene, tuple(inputs), [each.number for each in inputs.values()], exact=True), inputs, fixed
 
     for endings in ((), (), (".phase",)) if windows else ((), ()):
         try:
@@ -176,7 +175,7 @@ def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[f
             own = {each.number: ball for each, ball in zip(quantities.values(), columns, strict=True)}
             constants = [(each.number, _as_written(path, each)) for path, each in fixed.items()]
             numbers = _of_loads(recording.twin, constants, own)
-            structure = recording.with_places(partial(_all_of, numbers=numbers))
+            structure = recording.with_places(_All(numbers))
             if ranges and _follows_motion(scene):
                 raise UnprovenError("ranges of numbers where torques depend on speed, or meshes have losses")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
@@ -353,6 +352,21 @@ def _as_read(rows: list[Any], columns: tuple[NDArray[Any], ...], reason: str) ->
         if abs(Fraction(number) - row) > _READ * abs(row):
             raise UnprovenError(reason)
     return rows
+
+
+class _All:
+    """The constants of programs as balls of all that they may stand for; in what programs solve for, too."""
+
+    def __init__(self, numbers: Mapping[float, Any]) -> None:
+        self._numbers, self._zeros = numbers, dict[FollowedZero, FollowedZero]()
+
+    def __call__(self, place: Any) -> Any:
+        if not isinstance(place, FollowedZero):
+            return _all_of(place, self._numbers)
+        if place not in self._zeros:
+            program = place.program._replace(places=tuple(map(self, place.program.places)))
+            self._zeros[place] = FollowedZero(program, place.near)
+        return self._zeros[place]
 
 
 def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
@@ -631,17 +645,9 @@ def _over_ranges(program: Program, at: Any, columns: Sequence[Any]) -> list[Any]
 
 
 def _edges_over_ranges(structure: Structure, columns: Sequence[Any], origin: Any) -> Iterator[Any]:
-    """Edges of smooth pieces all over the ranges of numbers; of the zero x of a function f the slopes are -f_k/f_x."""
-    middles, wide = ([getattr(one, part, one) for one in columns] for part in ("middle", "value"))
-    edges = edges_of(structure, middles)
-    for edge, (_, formula, zero) in zip(edges, marks_of(structure, middles), strict=True):
-        if zero is not None:
-            function = over_balls(zero)
-            place = zero_near(lambda phi, at=function: at(phi, *wide), edge)  # type: ignore[misc]
-            value, slope = _over_ranges(zero, balls.Centred(place, {}, origin.halves), columns)
-            yield balls.Centred(edge, {k: -part / slope.value for k, part in value.slopes.items()}, origin.halves)
-        else:
-            yield _over_ranges(formula, origin, columns)[0] if formula else balls.Centred(edge, {}, origin.halves)
+    """Edges of smooth pieces all over the ranges of numbers."""
+    for angle, formula in marks_of(structure, [getattr(one, "middle", one) for one in columns]):
+        yield _over_ranges(formula, origin, columns)[0] if formula else balls.Centred(angle, {}, origin.halves)
 
 
 class _SumsOverRanges:

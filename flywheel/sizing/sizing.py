@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,8 +60,11 @@ from flywheel.sizing.results import (
 
 if TYPE_CHECKING:
     from flywheel.machine.reactions import MachineMotion
+    from flywheel.sizing.enclosures import NearMotion
 
 _ALONE = (levels.NORMAL, levels.PROOF)  # levels without a second route
+_NEAR = 1e-13  # rtol of the motion near which one is proven, at most
+_AROUND = 1e-6  # rad, beside an angle at which that switches
 _MOST_ROUNDS = 12  # iterations between motion and friction
 _LEFT = 0.05  # of rtol: fraction that friction rounds may leave unresolved
 _MIXED = 4  # rounds whose motions are combined
@@ -252,20 +256,50 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         return Proof(
             {}, "python-flint, which is not installed: pip install 'flywheel-design[proof]'", "nothing is proven", 0.0
         )
-    from flywheel.sizing.enclosures import NearMotion  # the library is an extra
-    from flywheel.sizing.proof import proven
+    from flywheel.sizing.proof import proven  # the library is an extra
 
+    if regime is not None and regime.machine.sets_its_speed and not scene.limits:  # reversals of meshes near the true ones
+        regime, _ = _regime(regime.machine, min(regime.rtol, _NEAR))
     if regime is None or regime.run is None:
         return proven(scene)
-    run, unknown, mesh = regime.run, regime.cycle.balance or 0.0, regime.cycle.mesh
-    start, *omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.append(0.0, mesh.phi)).tolist()
-    moments, speeds = moments_on(regime.machine, mesh.edges), np.reshape(omega, mesh.phi.shape)
-    passed = moments.rate(speeds, unknown, run.inertia).transmitted
-    decided = [each[:, MIDDLE] > 0.0 for each in (*passed, *moments.switches(speeds))]
-    sides = [tuple(row) for row in np.reshape(decided, (len(decided), len(speeds))).T.tolist()]
-    beginnings = zip(mesh.edges[:-1].tolist(), sides, [None, *sides[:-1]], strict=True)
-    outwards = ((low, own[: len(passed)]) for low, own, before in beginnings if own != before)
-    return proven(scene, NearMotion(run.inertia, unknown, start, run.irregularity, tuple(outwards)))
+    return proven(scene, _near(regime, regime.run))
+
+
+def _near(regime: Regime, run: Run) -> NearMotion:
+    """The motion of a regime, near which one is proven, with the angles at which a mesh or a torque switches."""
+    from flywheel.sizing.enclosures import NearMotion  # the library is an extra
+
+    machine, unknown = regime.machine, regime.cycle.balance or 0.0
+
+    def decisive(edges: Array) -> tuple[Array, list[Array], list[Array]]:
+        """Angles of nodes; there, moments outwards through meshes with losses, and what decides other branches."""
+        nodes, moments = cells.cells(edges).phi, moments_on(machine, edges, local=True)
+        omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, nodes)
+        return nodes, [*moments.rate(omega, unknown, run.inertia).transmitted], moments.switches(omega)
+
+    def switch(angle: float, number: int) -> float:
+        """The angle at which a value changes its sign, where one cell ends that was cut for it."""
+        (nodes,), *values = decisive(np.array([angle - _AROUND, angle + _AROUND]))
+        ((value,),) = [*chain(*values)][number : number + 1]
+        (changes,) = np.nonzero((value[1:] > 0.0) != (value[:-1] > 0.0))
+        if len(changes) != 1:
+            return angle
+        k = int(changes[0])
+        return float(nodes[k] - value[k] * (nodes[k + 1] - nodes[k]) / (value[k + 1] - value[k]))
+
+    edges = regime.cycle.mesh.edges
+    _, passed, others = decisive(edges)
+    decided = [each[:, MIDDLE] > 0.0 for each in (*passed, *others)]
+    sides = [tuple(row) for row in np.reshape(decided, (len(decided), len(edges) - 1)).T.tolist()]
+    outwards = [(0.0, sides[0][: len(passed)])]
+    breaks = np.append(machine.breakpoints, machine.scene.cycle)
+    for low, before, own in zip(edges[1:-1].tolist(), sides[:-1], sides[1:], strict=True):
+        if own != before:
+            number = next(k for k, (one, other) in enumerate(zip(before, own, strict=True)) if one != other)
+            at_break = np.abs(breaks - low).min() < 2 * _AROUND
+            outwards.append((low if at_break else switch(low, number), own[: len(passed)]))
+    start = float(turning_moment.speed_over_cycle(regime.cycle, regime.speed, run, np.zeros(1))[0])
+    return NearMotion(run.inertia, unknown, start, run.irregularity, tuple(outwards))
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------

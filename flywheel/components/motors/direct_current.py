@@ -252,7 +252,7 @@ class DC(Motor):
     @property
     def rated_current(self) -> float | None:
         """Current at the rated point, A; None if the constants were not derived from one."""
-        return None if self.nameplate is None else float(self.current(self.nameplate.speed))
+        return None if self.nameplate is None else self.current(self.nameplate.speed)
 
     def current_share(self, omega: ArrayLike) -> Array | None:
         """Steady armature current over the rated one, with its sign, at speeds omega (rad/s); None without a rated point."""
