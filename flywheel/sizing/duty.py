@@ -138,7 +138,7 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     limits.check_together(spans, 1.0)
     every = limits.together(spans.values())
     inertia, error = next((span.first, span.error) for span in every if span.state is LimitState.KEPT)
-    runs = _all(running, lambda phase: plain(analysed(_scene(phase), inertia)))
+    runs = _all(running, lambda phase: _loosened(plain(analysed(_scene(phase), inertia)), error))
 
     def hardness(phase: Phase) -> tuple[bool, float, float]:
         """Order of the phases: whose limit decides, by the flywheel that each needs, then by its irregularity."""
@@ -151,7 +151,8 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
         result = size(_scene(hardest))
         runs[hardest.name] = result if result.simulation else runs[hardest.name]
     else:
-        result = _with_flywheel(_scene(hardest), size(analysed(_scene(hardest), inertia)), inertia, error)
+        analysis = _loosened(size(analysed(_scene(hardest), inertia)), error)
+        result = _with_flywheel(_scene(hardest), analysis, inertia, error)
     wheel = result.flywheel._replace(broken=limits.broken_beyond(every, inertia))
     duty = over(scene.duty, runs, inertia, follow=not whole)._replace(governing=hardest.name)
     needed = {name: next(span.first for span in spans[name] if span.state is LimitState.KEPT) for name in whole}
@@ -231,6 +232,22 @@ def _with_flywheel(scene: Scene, analysis: Sizing, inertia: float, error: float)
     """An analysis as the sizing of a scene with that flywheel."""
     wheel = analysis.flywheel._replace(inertia=None, exact=inertia, needed=inertia > 0.0)
     return replace(analysis, scene=scene, flywheel=wheel, error=analysis.error._replace(exact=error))
+
+
+def _loosened(sizing: Sizing, share: float) -> Sizing:
+    """An analysis whose flywheel is known to a share: as if the irregularity changed by it, the speed by it times that."""
+    run, cyclic, error = sizing.run, sizing.cyclic, sizing.error
+    if run is None:
+        return sizing
+    level = share * run.irregularity
+    more = {"simulation": 2 * share, "extreme_speeds": level, "period": level}
+    own = {name: getattr(error, name) for name in more}
+    return replace(
+        sizing,
+        run=limits.loosened(run, share, level),
+        cyclic=cyclic and cyclic._replace(level_error=cyclic.level_error + level),
+        error=error._replace(**{name: each + more[name] for name, each in own.items() if each is not None}),
+    )
 
 
 def _figures(names: Iterable[str], run: Sizing) -> dict[str, Share]:

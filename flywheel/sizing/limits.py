@@ -36,6 +36,7 @@ from flywheel.regime.branch import Branch, Existence, resonates
 from flywheel.regime.cycle_equations import NoRegimeError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.regime.several_motions import lighter_motions
+from flywheel.regime.turning_moment import Run
 from flywheel.regime.wittenbauer import Broken, Figures
 from flywheel.scene.scene import Scene
 from flywheel.sizing.motor import IRREGULARITY, MotorShaft, MotorShafts, Share, of_motor, shares
@@ -687,6 +688,11 @@ def first_kept(search: Search, square: float, *, alone: bool = True) -> Steps[tu
     return spans, *next((span.first, span.error) for span in together(spans.values()) if span.state is LimitState.KEPT)
 
 
+def loosened(run: Run, uneven: float, level: float) -> Run:
+    """A run of which the irregularity is known less well by a share, and the mean speed by another."""
+    return run._replace(error=run.error + 2.0 * uneven, level=run.level + 2.0 * level)
+
+
 def _loosened(motion: OwnMotion, other: OwnMotion | None, share: float) -> OwnMotion:
     """A motion whose flywheel is known less well: its errors grow by a share of the change to another motion.
 
@@ -700,7 +706,7 @@ def _loosened(motion: OwnMotion, other: OwnMotion | None, share: float) -> OwnMo
     each = zip(run.states_error, run.states, beside.states, strict=False)
     states = tuple(error + share * abs(to - at) for error, at, to in each)
     moved = abs(beside.angle_speed_max - run.angle_speed_max), abs(beside.angle_speed_min - run.angle_speed_min)
-    run = run._replace(error=run.error + 2.0 * uneven, level=run.level + 2.0 * level, states_error=states)
+    run = loosened(run, uneven, level)._replace(states_error=states)
     cuts = motion.cuts_error + share * max(moved)
     return motion._replace(run=run, level_error=motion.level_error + level, cuts_error=cuts)
 

@@ -392,7 +392,7 @@ def steady(scene: Scene, sizing: Any) -> tuple[str, str]:
 
 def _least(scene: Scene, sizing: Any, figures: Any, uneven: float, asked: float, start: Any) -> tuple[str, str]:
     """Checks that a flywheel keeps the irregularity asked, and one a hundredth smaller does not."""
-    exact, slack = figures["flywheel"]["exact"], 2 * (figures["error"]["exact"] + FLOOR / uneven)
+    exact, slack = figures["flywheel"]["exact"], 2 * (figures["error"]["exact"] + FLOOR / asked)
     if exact == 0.0:
         return (
             ("right", "") if uneven <= asked * (1 + slack) else ("wrong", f"no flywheel: {uneven:.6g} for {asked:.6g} asked")

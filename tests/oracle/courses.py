@@ -112,7 +112,8 @@ def _held(node: ast.expr, found: list[str]) -> ast.expr:
 RTOL = 1e-11
 INSIDE = (0.25, 0.5, 0.75, 1.0)  # of a step: where switches are looked at
 AHEAD = 1e-9  # of the time scale: how far beyond an event branches are decided
-STEPS = 24  # of a turn at least
+STEPS, MOST = 24, 5_000  # of a turn
+STABLE, SMALL = 3.0, 1e-6  # of the time of a decay: a step; of a speed: a change by which its decay is measured
 MOST = 20_000  # steps
 UNKNOWN = "balance_"
 
@@ -642,9 +643,12 @@ class Machine:
         atol[2 + self.states :] = 1e-3 * math.sqrt(rtol) * energy
         if self.motor is not None:
             atol[2 : 2 + self.states] = rtol * np.array(self.motor.sizes)
-        solver = DOP853(
-            lambda at, q: self.rate(at, q, mode), t, y, until, rtol=rtol, atol=atol, max_step=self.cycle / STEPS / speed
-        )
+        # an even motion has no error that would keep explicit steps within the time in which a change of speed decays
+        faster, gain = np.array(y), SMALL * speed * (1 if y[1] >= 0 else -1)
+        faster[1] += gain
+        decay = float(self.rate(t, y, mode)[1] - self.rate(t, faster, mode)[1]) / gain
+        longest = self.cycle / speed * max(min(1 / STEPS, STABLE * speed / self.cycle / max(decay, 1e-30)), 1 / MOST)
+        solver = DOP853(lambda at, q: self.rate(at, q, mode), t, y, until, rtol=rtol, atol=atol, max_step=longest)
         low, high = max(mode.low, first - way), min(mode.high, first + way)
 
         def ends(at: float, q: Any) -> list[float]:
