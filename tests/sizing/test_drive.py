@@ -116,6 +116,15 @@ def test_the_flywheel_is_that_of_the_hardest_phase(punch):
 
 
 @pytest.mark.slow
+def test_figures_of_a_duty_allow_for_what_is_open_of_its_least_flywheel():
+    wheel = {"limits": {"irregularity": 0.08, "motor_heat": 0.423}}
+    loose, sharp = (flywheel.size(scene(*PHASES, flywheel=wheel), rtol, simulate=False).duty for rtol in (1e-4, 1e-12))
+    assert abs(loose.heat / sharp.heat - 1.0) > 1e-10
+    for name in ("rms_torque", "rms_torque_share", "heat", "heat_share"):
+        assert abs(getattr(loose, name) / getattr(sharp, name) - 1.0) <= loose.errors[name], name
+
+
+@pytest.mark.slow
 def test_limits_of_heat_and_rms_torque_are_kept_over_the_whole_duty(punch):
     def limited(**limits):
         return flywheel.size(scene(*PHASES, flywheel={"limits": {"irregularity": 0.08} | limits}), simulate=False)
