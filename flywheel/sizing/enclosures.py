@@ -584,14 +584,27 @@ class Motions:
         self._growing = self._growing or balls.growths(places, self._order, self._polynomials)
         orbit = balls.periodic(places, self._order, self._allowed, self._polynomials, self._tubes, self._growing)
         if orbit.tubes is not self._tubes:
+            if self._switches and not self._decided(places, orbit.tubes):
+                return self.at(wheel, unknown)
             self._tubes = orbit.tubes
-            for place, tube, (laws, _) in zip(places, orbit.tubes, self._with_wheel(self._ranges[0]), strict=True):
-                if self._switches:
-                    self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, self._ranges[1])
             of_unknown = [(cell.high - cell.low, *tube.rates[:0:-1]) for cell, tube in zip(places, orbit.tubes, strict=True)]
             self.effect = balls.one_way(of_unknown)
         self._polynomials = list(orbit.polynomials)
         return self._speeds(wheel, orbit.reach, orbit.start)
+
+    def _decided(self, places: Sequence[balls.BallPlace], tubes: Sequence[balls.Tube]) -> bool:
+        """Tests whether meshes and switches keep to their sides in all tubes; in other cells their sides are left open."""
+        undecided = list[int]()
+        for k, (place, tube, (laws, _)) in enumerate(zip(places, tubes, self._with_wheel(self._ranges[0]), strict=True)):
+            try:
+                self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, self._ranges[1])
+            except UnprovenError:
+                undecided.append(k)
+        for k in undecided:
+            self._laws[k] = [self._laws[k][1].all_over()._replace(outwards=None)] * 2
+        if undecided:
+            self._loaded.clear()
+        return not undecided
 
     def _speeds(self, wheel: Any, reach: Any, start: Any) -> SpeedBalls:
         """The extreme speeds of motions with a flywheel no farther from the polynomials than a reach."""

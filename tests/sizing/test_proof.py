@@ -234,6 +234,52 @@ def test_a_linkage_has_the_intervals_of_the_same_mechanism_in_closed_form(aim: i
     assert all(high - low <= WIDEST * abs(low) for low, high in one.values())
 
 
+OF_STROKES: dict[str, dict[str, Any]] = {
+    "press": {
+        "type": "press",
+        "shape": "constant",
+        "end": "min",
+        "thickness": "12 mm",
+        "diameter": "9 mm",
+        "shear_strength": "400 MPa",
+    },
+    "compressor": {
+        "type": "compressor",
+        "bore": "90 mm",
+        "side": "min",
+        "clearance": 0.06,
+        "suction": "1 bar",
+        "discharge": "4 bar",
+        "exponent": 1.3,
+    },
+    "indicator": {
+        "type": "indicator",
+        "bore": "90 mm",
+        "side": "max",
+        "position": [0, 0.3, 0.7, 1],
+        "out": [5, 4.1, 1.5, 1],
+        "back": [5, 2, 1.2, 1],
+        "pressure_unit": "bar",
+    },
+}
+
+
+@pytest.mark.parametrize("kind", OF_STROKES)
+def test_loads_that_refer_to_the_ends_of_a_stroke_have_proven_ends(kind: str) -> None:
+    """Of an offset slider-crank they are at no share of a turn; a linkage of the same lengths has them, too."""
+    load = [{"on": "slider", "model": OF_STROKES[kind]}]
+    slider = {**PRESS["mechanism"], "slider": {"mass": "60 kg", "offset": "31.7 mm"}}
+    linkage = jointed()["mechanism"]
+    linkage["bodies"]["frame"]["points"]["G"] = [0, "31.7 mm"]
+    linkage["joints"][3]["between"] = ["frame.G", "slider.origin"]
+    one, two = (proven({**PRESS, "mechanism": each, "load": load}).figures for each in (slider, linkage))
+    near = flywheel.size(flywheel.load({**PRESS, "mechanism": slider, "load": load}), 1e-12, simulate=False)
+    assert {"flywheel.exact", "balance.value"} <= one.keys()
+    assert overlap({key: value for key, value in one.items() if "accumulated" not in key}, two)
+    assert near.flywheel.exact == pytest.approx(one["flywheel.exact"][0], rel=1e-11)
+    assert all(high - low <= WIDEST * abs(low) for figures_of in (one, two) for low, high in figures_of.values() if low)
+
+
 def test_a_law_of_parameters_has_the_interval_of_its_numbers() -> None:
     def lever(x: str) -> dict[str, Any]:
         load = [{"on": "slide", "force": "-1000 N", "from": "180 deg", "to": "270 deg"}]

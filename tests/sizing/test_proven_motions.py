@@ -489,6 +489,37 @@ def test_an_idle_mesh_leaves_the_proof_of_a_motion_as_it_is() -> None:
         assert max(low, least) <= min(high, most), key
 
 
+def test_an_even_motion_leaves_open_which_side_of_an_idle_mesh_drives() -> None:
+    scene = {
+        "shafts": {"s0": {"ratio": 3.1, "efficiency": 0.8}},
+        "inertia": [{"on": "crank", "value": 0.9}, {"on": "s0", "value": 0.02}],
+        "load": [{"on": "crank", "torque": "-0.006*(1 + 0.1*omega)"}],
+        "drive": {"torque": "0.026 - 0.016*omega"},
+        "flywheel": {"inertia": 0.1},
+    }
+    result = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    assert result is not None
+    assert holds(result.figures["speed"], mp.mpf(200) / 166)
+    assert result.figures["simulation.irregularity"][1] < 1e-15
+
+
+def test_a_motion_is_proven_about_the_reversals_of_its_meshes_whatever_the_sizing_leaves_open() -> None:
+    """At a tolerance of 1e-4 the sizing knows such an angle to 1e-5 rad only."""
+    swinging = LOSSY | {
+        "inertia": [{"on": "motor", "value": 0.05}],
+        "load": [{"on": "crank", "torque": "-30 - 150*cos(phi)"}],
+    }
+    loose, sharp = (
+        flywheel.size(flywheel.load(swinging | {"accuracy": {"rtol": rtol}}), accuracy="proof").proof
+        for rtol in (1e-4, 1e-12)
+    )
+    assert loose is not None
+    assert sharp is not None
+    assert loose.figures.keys() == sharp.figures.keys() >= {"speed", "simulation.irregularity"}
+    for key, (low, high) in loose.figures.items():
+        assert max(low, sharp.figures[key][0]) <= min(high, sharp.figures[key][1]), key
+
+
 @pytest.mark.parametrize(
     ("efficiency", "reason"), sample([(1.0, "the motion at "), (0.8, "that a motion through so many cells")], 2)
 )
