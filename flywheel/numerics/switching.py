@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.numerics import roots_between
-from bondgraph.recording import Program, Recorder
 from flywheel.numerics import expressions
 from flywheel.numerics.expressions import At, Expression, Node
 from flywheel.numerics.intervals import NAMESPACE, Interval, Powers, Scaled, interval, plain, scaled_namespace
@@ -58,7 +57,7 @@ class FollowedZero:
     `program` gives value and slope. Called with the numbers it is that zero in floats, by Newton's method.
     """
 
-    def __init__(self, program: Program, near: float) -> None:
+    def __init__(self, program: Any, near: float) -> None:
         self.program, self.near = program, near
 
     def __call__(self, *numbers: Any) -> list[Any]:  # noqa: D102  # said above
@@ -69,7 +68,7 @@ class FollowedZero:
         return [phi]
 
 
-def solved(recorder: Recorder, function: Callable[[Any], tuple[Any, Any]], angle: float) -> Any:
+def solved(recorder: Any, function: Callable[[Any], tuple[Any, Any]], angle: float) -> Any:
     """The zero of a function of the first input of an exact recording, and of its numbers: a call, for all kinds of numbers.
 
     Args:

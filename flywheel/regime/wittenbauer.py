@@ -253,8 +253,8 @@ def _with_flywheels(figures: Figures, irregularity: float, factors: tuple[float,
             of_share = off
         for size, missed in ((max(figure, fluctuation), off), (max(share, fluctuation), of_share)):
             relative.append((missed + residual) / (size if size > 4 * missed else max(size, _at_hand(cycle, unit))))
-    _, approximate, torque, of_torque = relative
-    of_all = FlywheelErrors(error / scale or torque, approximate, torque, of_torque)
+    of_areas, approximate, torque, of_torque = relative
+    of_all = FlywheelErrors(error / scale or torque, max(of_areas, approximate), torque, of_torque)
     return figures._replace(total=total, error=error, scale=scale, errors=of_all)
 
 

@@ -214,9 +214,9 @@ def scale_of(sizing: Sizing, true: dict[str, Any]) -> Any:
         return 0
     unit = sizing.scene.irregularity * (sizing.constant_speed or sizing.speed) ** 2
     swing, all_work = true["energy_fluctuation"], true["exchanged"]
-    if swing >= 1e-13 * all_work > 0:
-        return swing / unit / sizing.scene.flywheel_ratio**2
     own = sizing.reduced_inertia.max if sizing.reduced_inertia else 0.0
+    if swing >= 1e-13 * all_work > 0 and swing / unit >= 1e-16 * own:  # else what the machine stores hides all of it
+        return swing / unit / sizing.scene.flywheel_ratio**2
     return max(all_work / unit, own) / sizing.scene.flywheel_ratio**2
 
 
