@@ -1,6 +1,6 @@
 """The equations of a graph in symbols: explicit first-order equations, and for one degree of freedom the equation of motion.
 
-Both are read from one walk (`bondgraph.motion.walk.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
+Both are read from one walk (`bondgraph.motion.dynamics.Walk`) over the graph's symbolic twin (`bondgraph.twin`):
 M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
 a modulus, so the equations hold at dead centres too. The result is complete or an error, never part of a system.
 `generic` is the graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring:
@@ -38,53 +38,15 @@ from bondgraph.elements import (
     replaced,
 )
 from bondgraph.graph import BondGraph, Builder, as_graph
-from bondgraph.motion.algebra import readable
-from bondgraph.motion.dynamics import Dynamics, Formulation, exact_gains
-from bondgraph.motion.walk import PortBond
-from bondgraph.twin import SymbolicWalk, twin
+from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.formulation import Formulation, PortBond, exact_gains
+from bondgraph.twin import SymbolicWalk, Twin
 
 if TYPE_CHECKING:
     from bondgraph.strokes import Causality
 
 
-class Reading:
-    """A graph's symbolic twin, walked once.
-
-    Attributes:
-        twin: the symbolic graph. form, tables: the formulation and tables of `Dynamics`.
-        state: the states' symbols.
-        walk: the walk at the state.
-
-    """
-
-    def __init__(self, graph: BondGraph, opaque: bool, form: Callable[[BondGraph], Formulation], **walk: Any) -> None:
-        self.twin = twin(graph, opaque=opaque)
-        self.form = form(self.twin.graph)
-        dynamics = Dynamics(self.twin.graph, self.twin.signals(), self.form)
-        self.tables = dynamics.tables._replace(iterated=())
-        self.state = [self.twin.names.take(self.form.state_name(p), "state") for p in self.form.stores]
-        self.state += [self.twin.places[d.name] for d in self.form.displacements]
-        self.walk = SymbolicWalk(self.twin, self.tables, self.state, **walk)
-
-    def rates(self) -> list[Any]:
-        """The rates of the states."""
-        rates = [self.twin.finish(rate) for rate in self.walk.rates()]
-        return rates if self.walk.nested else list(map(readable, rates))
-
-    def algebraic(self) -> Iterator[Equation]:
-        """The flows of 1-junctions that resistors determine, each variable once."""
-        form, done = self.form, set[int]()
-        resistors = {form.column[p.output] for p in form.acting if p.element.kind == "R"}
-        for junction in self.twin.graph.of_kind("1"):
-            variable = form.variable(junction.name)
-            if variable not in done and resistors.intersection(form.support[variable]):
-                done.add(variable)
-                symbol = self.twin.names.take(f"f_{junction.name}", "state")
-                value = self.twin.finish(self.walk.whole(variable))
-                yield self.twin.finish(symbol), value if self.walk.nested else readable(value)
-
-
-def inert(read: Reading) -> Iterator[str]:
+def inert(read: SymbolicWalk) -> Iterator[str]:
     """A line for each source, resistor or store without effect."""
     form, graph = read.form, read.twin.graph
     columns = {p.element.name: form.column[p.output] for p in form.ports}
@@ -110,9 +72,9 @@ def inert(read: Reading) -> Iterator[str]:
                 yield f"{at} acts on nothing: its gain is zero"
 
 
-def _acts(read: Reading, port: PortBond, column: int) -> bool:
+def _acts(read: SymbolicWalk, port: PortBond, column: int) -> bool:
     """True if the output of a port acts on a store or a resistor other than sources, through gains that are not 0."""
-    form, walk = read.form, read.walk
+    form = read.form
     if port in form.stores:
         return True
     todo, seen = [column], set[int]()
@@ -121,7 +83,7 @@ def _acts(read: Reading, port: PortBond, column: int) -> bool:
         k = todo.pop()
         seen.add(k)
         for other in form.ports:
-            gain = walk.gain[other.input].get(k, 0)
+            gain = read.gain[other.input].get(k, 0)
             if (other is by_column[k] and other.element.kind != "R") or not (
                 gain if isinstance(gain, float) else read.twin.finish(gain)
             ):
@@ -136,7 +98,7 @@ def _acts(read: Reading, port: PortBond, column: int) -> bool:
     return False
 
 
-def followers(read: Reading) -> Iterator[str]:
+def followers(read: SymbolicWalk) -> Iterator[str]:
     """A line for each inertia or spring that follows others, with the two-ports between."""
     form, graph = read.form, read.twin.graph
     for port in form.followers:
@@ -311,11 +273,11 @@ class StateEquations:
         taken = {str(s) for e in self.derivatives for s in e.free_symbols} | {str(s) for s in self.states}
         fresh = (symbol for symbol in sympy.numbered_symbols("z", start=1) if str(symbol) not in taken)
         read = _read(self.graph, bool(self.opaque), self.causality, sequential=True)
-        rates = [read.twin.unfold(rate) for rate in read.walk.rates()]
-        if not read.walk.steps:
+        rates = [read.twin.unfold(rate) for rate in read.rates()]
+        if not read.steps:
             shared, rates = sympy.cse(list(self.derivatives), symbols=fresh)
             return tuple(shared), tuple(rates)
-        steps = [(symbol, read.twin.unfold(value)) for symbol, value in read.walk.steps.items()]
+        steps = [(symbol, read.twin.unfold(value)) for symbol, value in read.steps.items()]
         needed, live = set[Any]().union(*(e.free_symbols for e in rates)), list[Equation]()
         for symbol, value in reversed(steps):
             if symbol in needed:
@@ -431,7 +393,7 @@ def state_equations(
     graph = as_graph(graph)
     read = _read(graph, opaque, causality)
     twin, finish = read.twin, read.twin.finish
-    derivatives = tuple(read.rates())
+    derivatives = tuple(read.formulas())
     algebraic = tuple(read.algebraic())
     used = {part for part in parts(*derivatives, *(e for _, e in algebraic)) if part.is_Symbol}
     rates = [finish(rate) for rate in twin.rates.values()]
@@ -458,13 +420,15 @@ def state_equations(
     return _filled(equations) if values else equations
 
 
-def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequential: bool = False) -> Reading:
-    """The reading of a graph, by the formulation of its numbers where it has them all."""
-    settled = Formulation(graph, causality) if None not in graph.parameters.values() else None
-    if settled is not None:
-        exact_gains(settled)  # refuses loops without a solution, or of several
-    form = settled.of if settled is not None else lambda twin: Formulation(twin, causality)
-    return Reading(graph, opaque, form, sequential=sequential)
+def _read(graph: BondGraph, opaque: bool, causality: Causality | None, *, sequential: bool = False) -> SymbolicWalk:
+    """The walk over a graph's symbols, by the formulation of its numbers where it has them all."""
+    if None in graph.parameters.values():
+        twin = Twin(graph, opaque=opaque)
+        return SymbolicWalk(twin, Formulation(twin.graph, causality), sequential)
+    form = Formulation(graph, causality)
+    exact_gains(form)  # refuses loops without a solution, or of several
+    twin = Twin(graph, opaque=opaque)
+    return SymbolicWalk(twin, form.of(twin.graph), sequential)
 
 
 def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:
@@ -493,31 +457,32 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     """
     graph, name = _measured(as_graph(graph), coordinate)
     form, junction = _of_one_freedom(graph, name)
-    read = Reading(graph, opaque, form.of)
-    finish, unfold, walk, form = read.twin.finish, read.twin.unfold, read.walk, read.form
+    twin = Twin(graph, opaque=opaque)
+    read = SymbolicWalk(twin, form.of(twin.graph))
+    finish, unfold, form = twin.finish, twin.unfold, read.form
     place = next(k for k, p in enumerate(form.stores) if p.element.name in form.massless)
     owned = [d.name for d in form.displacements if form.variable(d.of) == form.variable(junction)]
     chosen = name or next(iter(owned), None)
-    phi = read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{junction}", "x")
+    phi = twin.places[chosen] if chosen else twin.names.take(f"phi_{junction}", "x")
     rate = read.state[place]
-    read.twin.rename(rate, f"{phi.name}dot")
+    twin.rename(rate, f"{phi.name}dot")
     _same_form(read)
-    inertia = unfold(walk.mass_and_force()[0][0][0])
-    gains = {d.name: walk.gain[read.tables.owner_of[d.name]].get(place, 0) for d in reversed(form.displacements)}
-    slope = sum(inertia.diff(read.twin.places[name]) * unfold(gain) for name, gain in gains.items())
+    inertia = unfold(read.mass_and_force()[0][0][0])
+    gains = {d.name: read.gain[read.dynamics.owner_of[d.name]].get(place, 0) for d in reversed(form.displacements)}
+    slope = sum(inertia.diff(twin.places[name]) * unfold(gain) for name, gain in gains.items())
     port, others = form.stores[place], {k for k in range(len(read.state)) if k != place and read.state[k] != phi}
-    springs = [(k, walk.own_rate(p)) for k, p in enumerate(form.stores) if k != place]
-    flows = [walk.whole(read.tables.owner_of[d.name]) for d in form.displacements]
+    springs = [(k, read.own_rate(p)) for k, p in enumerate(form.stores) if k != place]
+    flows = [read.whole(read.dynamics.owner_of[d.name]) for d in form.displacements]
     moved = [*((k + len(form.stores), flow) for k, flow in enumerate(flows)), *springs]
     return MotionEquation(
         coordinate=finish(phi),
         rate=finish(rate),
         inertia=finish(inertia),
         slope=finish(slope),
-        moment=finish(port.sign * walk.value(port.input)),
+        moment=finish(port.sign * read.value(port.input)),
         others=tuple((finish(read.state[k]), finish(moves)) for k, moves in moved if k in others),
-        values=read.twin.values,
-        opaque=read.twin.opaque,
+        values=twin.values,
+        opaque=twin.opaque,
     )
 
 
@@ -599,7 +564,7 @@ def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str 
     return replace(graph, displacements={declared.name: declared, **others}), declared.name
 
 
-def _same_form(read: Reading) -> None:
+def _same_form(read: SymbolicWalk) -> None:
     """Raises if inertia varies with more than displacements, so that the equation has other terms."""
     graph, form = read.twin.graph, read.form
     imposed = {form.column[p.output] for p in form.acting if p.element.kind == "Sf" and p.element.law != 0.0}

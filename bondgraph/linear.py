@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, full_digits, refuse
-from bondgraph.equations import Reading
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.motion.dynamics import Dynamics, Formulation
-from bondgraph.motion.walk import PortBond, Walk
+from bondgraph.motion.dynamics import Dynamics, Walk
+from bondgraph.motion.formulation import PortBond
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
+from bondgraph.twin import SymbolicWalk, Twin
 
 Array = NDArray[np.float64]
 
@@ -403,7 +403,7 @@ def _kept(rates: Array) -> Array:
 def _field(dynamics: Dynamics) -> Callable[[Array], Array]:
     """The rates at t = 0 as a function of the state; not a number where a law is not defined."""
     names, rates = dynamics.state.names, dynamics.rates
-    anchors = [names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
+    anchors = [names.index(dynamics.displacement_of[j]) for j in dynamics.anchored]
 
     def at(values: Array) -> Array:
         try:
@@ -473,24 +473,24 @@ def linearize(
     except GraphError as error:
         raise GraphError(f"{error}; or give a state to linearize at, by at=") from error
     refuse(f"at {name!r}: no such state; they are {', '.join(names)}" for name in point if name not in names)
-    here = Walk(dynamics.tables, 0.0, [point[name] for name in names], {})
+    here = Walk(dynamics, 0.0, [point[name] for name in names])
 
     def value(of: int | PortBond) -> float:
         return float(here.whole(of) if isinstance(of, int) else here.inverse(of, here.value(of.input)))
 
-    read = Reading(graph, False, dynamics.form.of, point=value)
-    finish, twin, form = read.twin.finish, read.twin, read.form
+    twin = Twin(graph)
+    read, finish = SymbolicWalk(twin, dynamics.form.of(twin.graph), point=value), twin.finish
     states = [finish(symbol) for symbol in read.state]
     plain = [e.name for e in graph.of_kind("Se", "Sf") if e.name in twin.own]
     symbols = {name: twin.own[name] for name in plain} | {name: finish(twin.places[name]) for name in graph.signals}
     refuse(_unknown(graph, names, inputs or (), outputs or (), symbols))
     moved = tuple(symbols if inputs is None else inputs)
     output_names = tuple(names if outputs is None else outputs)
-    read.walk.driven = {}
-    rates = read.rates()
-    expressions = [_output_expression(read, form, name, dict(zip(names, states, strict=True))) for name in output_names]
+    read.driven = {}
+    rates = read.formulas()
+    expressions = [_output_expression(read, name, dict(zip(names, states, strict=True))) for name in output_names]
     symbols_moved = [symbols[name] for name in moved]
-    dots = {finish(symbol): name for name, symbol in (*twin.rates.items(), *read.walk.driven.items())}
+    dots = {finish(symbol): name for name, symbol in (*twin.rates.items(), *read.driven.items())}
     driven: dict[str, tuple[str, ...]] = {}
     for name, row in zip((*(f"{_RATE}{n}" for n in names), *output_names), (*rates, *expressions), strict=True):
         for of in (dots[symbol] for symbol in row.free_symbols & dots.keys() if dots[symbol] in moved):
@@ -546,13 +546,13 @@ def _unknown(graph: BondGraph, names: Sequence[str], inputs: Any, outputs: Any, 
     return faults + [f"output {n!r}: expected a state ({', '.join(names)}), f_NAME or e_NAME" for n in strange]
 
 
-def _output_expression(read: Reading, form: Formulation, name: str, states: Mapping[str, Any]) -> Any:
+def _output_expression(read: SymbolicWalk, name: str, states: Mapping[str, Any]) -> Any:
     """An output as an expression of states and inputs."""
     if name in states:
         return states[name]
     signal = read.twin.graph.reading(name)
     assert signal is not None
-    return read.twin.finish(read.walk.whole((form.flow if signal[0] == "f" else form.effort)[signal[1]]))
+    return read.twin.finish(read.whole((read.form.flow if signal[0] == "f" else read.form.effort)[signal[1]]))
 
 
 def _check_kinks(dynamics: Dynamics, at: Callable[[Array], Array], point: Mapping[str, float], slopes: Array) -> None:
@@ -566,7 +566,7 @@ def _check_kinks(dynamics: Dynamics, at: Callable[[Array], Array], point: Mappin
         near = _STEPS * max(1.0, abs(state[k])) >= _BESIDE * abs(state[k])
         if apart[near, k].min() > _KINK:
             step = _BESIDE * (abs(state[k]) or 1.0) * np.eye(len(names))[k]
-            walks = [Walk(dynamics.tables, 0.0, (state + side * step).tolist(), {}) for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]
+            walks = [Walk(dynamics, 0.0, (state + side * step).tolist()) for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]
             ports = [p for p in (*dynamics.form.stores, *dynamics.form.acting) if isinstance(p.element.law, Function)]
             bends = [float(np.abs(np.diff([walk.value(p.output) for walk in walks], 2)).max()) for p in ports]
             where = dynamics.graph.where(ports[int(np.argmax(bends))].element.name) if any(bends) else "a law"

@@ -9,8 +9,7 @@ has a slope; `Twin.finish` hands out plain ones, and whole numbers and halves ex
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,8 +29,9 @@ from bondgraph.elements import (
     replaced,
 )
 from bondgraph.graph import BondGraph
-from bondgraph.motion.algebra import eliminated, total
-from bondgraph.motion.walk import PortBond, Tables, Walk, displacements, unsolvable, upstream
+from bondgraph.motion.algebra import eliminated, readable, total
+from bondgraph.motion.dynamics import Dynamics, Walk
+from bondgraph.motion.formulation import Formulation, PortBond, displacements, unsolvable
 
 _ONE_FRACTION = 8  # resistors of a loop whose flows and efforts are one fraction each
 _ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
@@ -55,11 +55,14 @@ class SymbolicGraph(BondGraph):
         return self.parameters[parameter]
 
 
-@dataclass(frozen=True, eq=False)
 class Twin:
     """A symbolic graph and the meaning of its symbols.
 
     Args:
+        graph: the graph that it comes from.
+        opaque: True leaves moduli that vary as functions such as T(theta).
+
+    Attributes:
         graph: the symbolic graph.
         values: plain symbol -> number, of the elements' numbers and of the parameters that have a value.
         own: element -> the plain symbol of its number.
@@ -71,17 +74,93 @@ class Twin:
             which would turn the fractions in a formula into floats.
         plain: real symbol -> plain symbol.
 
+    Raises:
+        GraphError: if a law cannot be written as a formula.
+
     """
 
-    graph: BondGraph
-    values: Mapping[Any, float]
-    own: Mapping[str, Any]
-    places: Mapping[str, Any]
-    rates: Mapping[str, Any]
-    opaque: Mapping[Any, Any]
-    names: Names
-    law_values: dict[Any, Any] = field(default_factory=dict)
-    plain: dict[Any, Any] = field(default_factory=dict)
+    def __init__(self, graph: BondGraph, *, opaque: bool = False) -> None:
+        self.source, self.names = graph, Names()
+        displaced = {d.name: d for d in displacements(graph)}
+        take = self.names.take
+        self.places = {name: take(name, "x") for name in (TIME, *displaced, *graph.signals)}
+        self.rates = {name: take(f"{clean(name)}dot", "x") for name in graph.signals}
+        named = {name: take(name, "x") for name in graph.parameters}
+        self.parameters: dict[str, Any] = dict(named)
+        self.law_values: dict[Any, Any] = {}
+        self.plain: dict[Any, Any] = {}
+        values = {named[name]: value for name, value in graph.parameters.items() if value is not None}
+        own: dict[str, Any] = {}
+        functions: dict[Any, Any] = {}
+        elements = {}
+        for name, element in graph.elements.items():
+            law = element.law
+            if isinstance(law, float | int) and not (law == 0 and element.kind in _ZERO_STAYS):
+                own[name] = take(name, element.kind)
+                values[own[name]], law = float(law), self._constant(element, own[name])
+            elif isinstance(law, Modulus | Law):
+                law = self._of_motion(element, law)
+            elif isinstance(law, Function):
+                law = self._function(element, law, functions if opaque else None)
+            elements[name] = element._replace(law=law)
+        self.graph = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, self.parameters)
+        self.values = {self.finish(symbol): value for symbol, value in values.items()}
+        self.own = {name: self.finish(symbol) for name, symbol in own.items()}
+        self.opaque = {self.finish(called): self.finish(e) for called, e in functions.items()}
+
+    def _function(self, element: Element, law: Function, opaque: dict[Any, Any] | None) -> Function:
+        """A law as an expression; of a modulus that varies the function that stands for it in `opaque`, if there is one."""
+        import sympy  # type: ignore[import-untyped]
+
+        try:
+            expression = exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
+        except GraphError as error:
+            raise GraphError(f"{self.source.where(element.name)}: {error}") from error
+        symbols = {**self.places, **self.parameters}
+        meant = expression.xreplace({s: symbols.get(s.name, s) for s in expression.free_symbols})
+        varying = tuple(n for n in law.of if n not in self.source.parameters)
+        if not varying:
+            return self._constant(element, meant)
+        if opaque is None or element.kind not in ("TF", "GY"):
+            return Function(expression, law.of, law.of)
+        called = sympy.Function(self.names.free(element.name, element.kind))
+        opaque[called(*(self.places[name] for name in varying))] = meant
+        return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
+
+    def _constant(self, element: Element, value: Any) -> Function:
+        """A law of one symbol, under a name that no graph's law has."""
+        import sympy
+
+        key, symbol = f"{element.kind}:{element.name}", value if value.is_Symbol else sympy.Dummy(real=True)
+        if symbol != value:
+            self.law_values[symbol] = value
+        self.parameters[key] = symbol
+        return Function(symbol, (symbol.name,), (key,))
+
+    def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
+        """A mechanism's own law: a function of the displacement that is known by its values."""
+        import sympy
+
+        motion, name = law.motion, self.names.free(element.name, element.kind)
+        if isinstance(law, Law) and law.moving:  # a function of those flows and the time too that it sees
+
+            def value(q: Any, *seen: Any) -> Any:
+                here = Here(q, motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
+                return law.effort(here, here)
+
+            moving = numeric_function(name, value)
+
+            def effort(here: Here, anchor: Here) -> Any:
+                return moving(here.q, *(getattr(here, what) for what in law.sees))
+
+            return Law(effort, Motion(motion.of), None, True, law.sees)
+        of = next(d.name for d in displacements(self.source) if d.of == motion.of)
+        if isinstance(law, Law):
+            called = numeric_function(name, lambda q: law.effort(*(Here(q, motion.position(q, np, q), np),) * 2))
+        else:
+            slope = numeric_function(f"{name}_slope", lambda q: law.slope(motion.position(q, np, q)))
+            called = numeric_function(name, lambda q: law.value(motion.position(q, np, q)), slope)
+        return Function(called(sympy.Symbol(of, real=True)), (of,), (of,))
 
     def signals(self) -> dict[str, Callable[[Any], Any]]:
         """The signals as functions of time that answer with their symbols."""
@@ -93,7 +172,7 @@ class Twin:
 
     def hold(self, value: Any) -> Any:
         """A symbol that stands for a law's value until it is unfolded."""
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         if value.is_Integer or value.is_Float or value.is_Symbol:
             return value
@@ -157,113 +236,6 @@ def clean(name: str) -> str:
     return f"x{text}" if text[0].isdigit() else text
 
 
-def twin(graph: BondGraph, *, opaque: bool = False) -> Twin:
-    """The symbolic twin of a graph.
-
-    Args:
-        graph: the graph.
-        opaque: moduli that vary stay functions such as T(theta).
-
-    Raises:
-        GraphError: if a law cannot be written as a formula.
-
-    """
-    displaced = {d.name: d for d in displacements(graph)}
-    names = Names()
-    places = {name: names.take(name, "x") for name in (TIME, *displaced, *graph.signals)}
-    rates = {name: names.take(f"{clean(name)}dot", "x") for name in graph.signals}
-    parameters = {name: names.take(name, "x") for name in graph.parameters}
-    writer = _LawWriter(graph, opaque, names, places, dict(parameters))
-    elements = {name: element._replace(law=writer.law(element)) for name, element in graph.elements.items()}
-    symbolic = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, writer.parameters)
-    draft = Twin(symbolic, {}, {}, places, rates, {}, names, writer.law_values)
-    numbers = {parameters[name]: value for name, value in graph.parameters.items() if value is not None}
-    values = {draft.finish(symbol): value for symbol, value in (numbers | writer.values).items()}
-    own = {name: draft.finish(symbol) for name, symbol in writer.own.items()}
-    functions = {draft.finish(f): draft.finish(e) for f, e in writer.functions.items()}
-    return replace(draft, values=values, own=own, opaque=functions)
-
-
-class _LawWriter:
-    """Laws as functions of symbols, element by element."""
-
-    def __init__(self, graph: BondGraph, opaque: bool, names: Names, places: Mapping[str, Any], parameters: Any) -> None:
-        self.graph, self.opaque, self.names, self.places = graph, opaque, names, places
-        self.parameters: dict[str, Any] = parameters
-        self.values: dict[Any, float] = {}
-        self.own: dict[str, Any] = {}
-        self.functions: dict[Any, Any] = {}
-        self.law_values: dict[Any, Any] = {}
-
-    def law(self, element: Element) -> Any:
-        """An element's law with symbols for its numbers."""
-        import sympy
-
-        law = element.law
-        if isinstance(law, float | int):
-            if law == 0 and element.kind in _ZERO_STAYS:
-                return law
-            symbol = self.names.take(element.name, element.kind)
-            self.values[symbol], self.own[element.name] = float(law), symbol
-            return self._constant(element, symbol)
-        if isinstance(law, Modulus | Law):
-            return self._of_motion(element, law)
-        if not isinstance(law, Function):
-            return law
-        try:
-            expression = exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
-        except GraphError as error:
-            raise GraphError(f"{self.graph.where(element.name)}: {error}") from error
-        varying = tuple(n for n in law.of if n not in self.graph.parameters)
-        if not set(law.of) - set(self.graph.parameters):
-            return self._constant(element, self._meant(expression))
-        if self.opaque and varying and element.kind in ("TF", "GY"):
-            called = sympy.Function(self.names.free(element.name, element.kind))
-            self.functions[called(*(self.places[name] for name in varying))] = self._meant(expression)
-            return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
-        return Function(expression, law.of, law.of)
-
-    def _constant(self, element: Element, value: Any) -> Function:
-        """A law of one symbol, under a name that no graph's law has."""
-        import sympy
-
-        key, symbol = f"{element.kind}:{element.name}", value if value.is_Symbol else sympy.Dummy(real=True)
-        if symbol != value:
-            self.law_values[symbol] = value
-        self.parameters[key] = symbol
-        return Function(symbol, (symbol.name,), (key,))
-
-    def _meant(self, expression: Any) -> Any:
-        """A law's expression, in names of the graph, in the symbols that these have."""
-        symbols = {**self.places, **self.parameters}
-        return expression.xreplace({s: symbols[s.name] for s in expression.free_symbols})
-
-    def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
-        """A mechanism's own law: a function of the displacement that is known by its values."""
-        import sympy
-
-        motion, name = law.motion, self.names.free(element.name, element.kind)
-        if isinstance(law, Law) and law.moving:  # a function of those flows and the time too that it sees
-
-            def value(q: Any, *seen: Any) -> Any:
-                here = Here(q, motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
-                return law.effort(here, here)
-
-            moving = numeric_function(name, value)
-
-            def effort(here: Here, anchor: Here) -> Any:
-                return moving(here.q, *(getattr(here, what) for what in law.sees))
-
-            return Law(effort, Motion(motion.of), None, True, law.sees)
-        of = next(d.name for d in displacements(self.graph) if d.of == motion.of)
-        if isinstance(law, Law):
-            called = numeric_function(name, lambda q: law.effort(*(Here(q, motion.position(q, np, q), np),) * 2))
-        else:
-            slope = numeric_function(f"{name}_slope", lambda q: law.slope(motion.position(q, np, q)))
-            called = numeric_function(name, lambda q: law.value(motion.position(q, np, q)), slope)
-        return Function(called(sympy.Symbol(of, real=True)), (of,), (of,))
-
-
 def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) -> Any:
     """A SymPy function that is known by its values only; of one variable, its derivative may be another."""
     import sympy
@@ -283,17 +255,35 @@ class SymbolicWalk(Walk):
     With a `point`, laws that no formula turns round are their tangents there, so that all slopes at the point are right.
     """
 
-    def __init__(
-        self, twin: Twin, tables: Tables, state: Sequence[Any], sequential: bool = False, point: Point | None = None
-    ) -> None:
+    def __init__(self, twin: Twin, form: Formulation, sequential: bool = False, point: Point | None = None) -> None:
         self.twin, self.sequential, self.point = twin, sequential, point
         self.steps: dict[Any, Any] = {}  # symbol -> what it stands for, in symbols before it; where it is sequential
-        self.solved: dict[
-            int, tuple[Callable[[Any], Any], Any]
-        ] = {}  # variable of a loop -> its solution, and how to write it
+        self.solved: dict[int, tuple[Callable[[Any], Any], Any]] = {}  # variable of a loop -> its solution, how to write it
         self.nested = False  # whether a loop was solved by elimination
         self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
-        super().__init__(tables, twin.places[TIME], state, {})
+        dynamics = Dynamics(twin.graph, twin.signals(), form)
+        dynamics.iterated = ()  # formulas, too
+        state = [twin.names.take(form.state_name(port), "state") for port in form.stores]
+        super().__init__(dynamics, twin.places[TIME], [*state, *(twin.places[d.name] for d in form.displacements)])
+
+    def formulas(self) -> list[Any]:
+        """The rates of the states, in plain symbols."""
+        return [self.formula(rate) for rate in self.rates()]
+
+    def algebraic(self) -> Iterator[tuple[Any, Any]]:
+        """The flows of 1-junctions that resistors determine, each variable once, with their formulas."""
+        form, done = self.form, set[int]()
+        resistors = {form.column[p.output] for p in form.acting if p.element.kind == "R"}
+        for junction in self.twin.graph.of_kind("1"):
+            variable = form.variable(junction.name)
+            if variable not in done and resistors.intersection(form.support[variable]):
+                done.add(variable)
+                symbol = self.twin.names.take(f"f_{junction.name}", "state")
+                yield self.twin.finish(symbol), self.formula(self.whole(variable))
+
+    def formula(self, value: Any) -> Any:
+        """A value in plain symbols, in the shortest of its forms."""
+        return self.twin.finish(value) if self.nested else readable(self.twin.finish(value))
 
     def _moving_effort(self, name: str, law: Law) -> Any:
         return self.twin.hold(exact(super()._moving_effort(name, law)))
@@ -313,7 +303,7 @@ class SymbolicWalk(Walk):
         import sympy
 
         form, columns = self.form, {self.form.column[p.output] for p in ports}
-        steps = [form.steps[k] for k in upstream(form, {v for p in ports for v in form.reads(p)})]
+        steps = [form.steps[k] for k in form.upstream({v for p in ports for v in form.reads(p)})]
         needed = {v for step in steps for v in step.unknown} | set(form.column)
         unknown = {v for v in needed if columns.intersection(form.support[v])}
         made: list[list[tuple[int, Any]]] = []

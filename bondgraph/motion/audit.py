@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Function, Here, Law, Modulus
 from bondgraph.graph import BondGraph
-from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.dynamics import Dynamics, GraphInstant, by_rows
 from bondgraph.motion.stepping import Step
-from bondgraph.motion.walk import GraphInstant, by_rows
 
 Array = NDArray[np.float64]
 
@@ -57,7 +56,7 @@ class Auditor:
         self, dynamics: Dynamics, graph: BondGraph, times: Array, states: Mapping[str, Array], anchors: Any, at: GraphInstant
     ) -> None:
         self.graph, self.times, self.shape, self.state, self.anchors = graph, times, times.shape, states, anchors
-        self.displacement_of = dynamics.tables.displacement_of
+        self.displacement_of = dynamics.displacement_of
         self.flows = {number: filled(value, self.shape) for number, value in at.flows.items()}
         self.efforts = {number: filled(value, self.shape) for number, value in at.efforts.items()}
         self.places: dict[str, Any] = {TIME: self.times, **self.state}

@@ -1,552 +1,634 @@
-"""The equations of motion of a graph in numbers, by its causal strokes.
+"""One evaluation of a graph: from a state to its rates, and to every flow and effort.
 
-Stores in integral causality give from their state (`p_NAME`, `q_NAME`), sources and resistors by their laws. A resistor that
-needs itself, through others or not, is part of a loop that is solved as one. A store in derivative causality follows the
-integral ones and sources: it is folded in by its gains, M z' = Q with M = W + S^T D S.
-
-No step divides by a modulus that may vanish, unless strokes leave nothing else: what loops leave over is a linear system in
-blocks as small as can be. Where an inertia that alone weighs a motion lies behind a modulated transformer, the flow before
-the transformer is the state, without an inertia of its own, so that dead centres are ordinary positions.
+`Walk` is one evaluation: gains, what sources and resistors give, rates, flows and efforts. It is written once against
+arithmetic and calls of laws, so that it runs on floats, on arrays (many states at once, for the power audit), on SymPy
+expressions, and on a recording of itself as straight-line code, which is what time stepping runs. A store in derivative
+causality is folded in by its gains, M z' = Q with M = W + S^T D S. `Dynamics` has the data of walks that are constant,
+computed once for a graph.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from fractions import Fraction
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from numbers import Real
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import (
-    ONE_PORTS,
     SOURCES,
     STORES,
-    Element,
+    TIME,
     Function,
     GraphError,
-    I,
+    Here,
     Law,
     Modulus,
+    Motion,
     function,
     is_symbolic,
     refuse,
 )
-from bondgraph.graph import (
-    Bond,
-    BondGraph,
-    Relation,
-    SolutionStep,
-    as_graph,
-    constant,
-    places,
-    plan,
-    ratios,
-    relations,
-    sources,
-    variables,
-)
-from bondgraph.motion.algebra import SOUGHT, Balance, eliminated, settle, solutions
+from bondgraph.graph import BondGraph, Ratio, SolutionStep, as_graph, constant, ratios, sources
+from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions, solve, solve_symmetric, total
+from bondgraph.motion.formulation import Formulation, OutputGroup, PortBond, exact_gains, loop_name, unsolvable
 from bondgraph.motion.runge_kutta import MANY
-from bondgraph.motion.walk import (
-    GraphInstant,
-    JunctionStructure,
-    OutputGroup,
-    PortBond,
-    Tables,
-    Walk,
-    displacements,
-    loop_name,
-    unsolvable,
-    upstream,
-)
-from bondgraph.numerics import components, reached_from
-from bondgraph.recording import Recorder
-from bondgraph.strokes import Causality, causality
+from bondgraph.recording import Recorded, Recorder
 
-_SINGULAR = 1e-12
+_CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
 
 
-class Formulation(JunctionStructure):
-    """The junction structure of a graph by its strokes."""
+class GraphInstant(NamedTuple):
+    """A graph at one time, or at many.
 
-    def __init__(self, graph: BondGraph, strokes: Causality | None = None) -> None:
-        refuse(
-            f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
-        )
-        self.source = graph
-        self.massless: tuple[str, ...] = ()
-        rewritten, assignment, self.ties = without_shared_followers(graph, strokes or causality(graph))
-        self._written(rewritten, assignment)
-        for junction in self.divided() if strokes is None else ():
-            self._move_state(junction)
-        self.displacements = tuple(displacements(graph))
-
-    @classmethod
-    def along(cls, graph: BondGraph, junction: str) -> Formulation:
-        """The formulation with the flow of a 1-junction as a state of its own, if it can be one."""
-        form = cls(graph)
-        if all(bond.tail != junction for bond in form.graph.bonds if bond.head in form.massless):
-            form._move_state(junction)
-        return form
-
-    def of(self, graph: BondGraph) -> Formulation:
-        """The same formulation of a graph with the same structure."""
-        form = object.__new__(Formulation)
-        form.source, form.massless, form.displacements, form.ties = graph, self.massless, self.displacements, self.ties
-        own = {name: e for name, e in self.graph.elements.items() if e is not self.source.elements.get(name)}
-        elements = {**graph.elements, **own}
-        form._written(replace(graph, elements=elements, bonds=self.graph.bonds), self.strokes)
-        return form
-
-    def _written(self, graph: BondGraph, strokes: Causality) -> None:
-        """All attributes from the strokes."""
-        refuse(strokes.conflicts)
-        self.graph, self.strokes, self.follows = graph, strokes, strokes.follows
-        self.flow = variables(graph, "1")
-        first = len(set(self.flow.values()))
-        self.effort = {bond: first + v for bond, v in variables(graph, "0").items()}
-        ports = []
-        for element in graph.of_kind(*ONE_PORTS):
-            bond = graph.bond_of(element.name)
-            flow, effort = self.flow[bond.number], self.effort[bond.number]
-            gives_flow = strokes.strokes[bond.number] == element.name
-            pair = (flow, effort) if gives_flow else (effort, flow)
-            ports.append(PortBond(element, bond.number, bond.sign(element.name), "f" if gives_flow else "e", *pair))
-        self.ports = tuple(ports)
-        integral = [p for p in self.ports if p.element.name in strokes.integral and not isinstance(p.element.law, Law)]
-        derivative = [p for p in self.ports if p.element.name in strokes.derivative]
-        self.stores = tuple(p for p in integral if p.element.law != 0.0 or p.element.name in self.massless)
-        self.followers = tuple(p for p in derivative if p.element.law != 0.0 and not isinstance(p.element.law, Law))
-        settled = {p.element.name for p in (*self.stores, *self.followers)}
-        self.acting = tuple(p for p in self.ports if p.element.name not in settled)
-        outputs = [p.output for p in (*self.stores, *self.acting, *self.followers)]
-        self.column = {variable: k for k, variable in enumerate(outputs)}
-        self._plan()
-        # acting ports in an order in which each finds what it needs, loops as one
-        last, needs = len(self.stores) + len(self.acting), dict[int, set[int]]()
-        for k, port in enumerate(self.acting):
-            on = {c for v in self.reads(port) for c in self.support[v] if c < last}
-            needs[k] = {c - len(self.stores) for c in on if c >= len(self.stores)}
-        groups = components(needs)
-        self.groups = tuple(OutputGroup(tuple(each), len(each) > 1 or each[0] in needs[each[0]]) for each in groups)
-
-    def _plan(self) -> None:
-        """Steps from the outputs to all other variables."""
-        graph = self.graph
-        waiting = relations(graph, self.flow, "0") + relations(graph, self.effort, "1")
-        for gyrator in graph.of_kind("GY"):
-            ratio: Any = graph.constant(gyrator.name) if graph.is_linear(gyrator.name) else gyrator.law
-            into, out = (b.number for b in graph.ends(gyrator.name))
-            for answer, cause in ((self.effort[out], self.flow[into]), (self.effort[into], self.flow[out])):
-                waiting.append(Relation(gyrator.name, ((answer, 1.0, 1.0), (cause, ratio, -1.0))))
-        waiting = [r._replace(terms=tuple(term for term in r.terms if term[1] != 0.0)) for r in waiting]
-        determined = set(self.column)
-        every = {*self.flow.values(), *self.effort.values()}
-        self.steps: list[SolutionStep] = []
-        self.steps += plan(waiting, determined)
-        for block in _blocks(graph, waiting, every - determined):
-            if block.unknown[0] in determined:
-                continue
-            _check_rank(graph, block)
-            if not sources(block) and any(isinstance(ratio, Function | Modulus) for ratio in ratios(block)):
-                names = ", ".join(dict.fromkeys(self.name_of(v) for v in block.unknown))
-                at = ", ".join(dict.fromkeys(places(graph, block.relations)))
-                raise GraphError(f"over-constrained: {at} lock {names}, which can only be zero: remove one of them")
-            self.steps.append(block)
-            determined.update(block.unknown)
-            waiting = [r for r in waiting if r not in block.relations]
-            self.steps += plan(waiting, determined)
-        self.support: dict[int, tuple[int, ...]] = {variable: (k,) for variable, k in self.column.items()}
-        for step in self.steps:
-            on = {k for v in sources(step) for k in self.support[v]}
-            self.support |= dict.fromkeys(step.unknown, tuple(sorted(on)))
-
-    def divided(self) -> list[str]:
-        """The 1-junctions whose flows follow by a division by a modulus, from inertias behind it."""
-        groups = []
-        for step in self.steps:
-            if step.terms is not None or len(step.unknown) > 1 or len(step.relations[0].terms) != 2:
-                continue
-            (target,), relation = step.unknown, step.relations[0]
-            ratio = next(r for v, r, _ in relation.terms if v == target)
-            if constant(ratio) or self.graph.elements[relation.name].kind != "TF" or target not in self.flow.values():
-                continue
-            bond = self.graph.ends(relation.name)[0]
-            junction = bond.tail
-            if self.graph.elements[junction].kind == "1" and self.flow[bond.number] == target:
-                groups.append(junction)
-        return list(dict.fromkeys(groups))
-
-    def _move_state(self, junction: str) -> None:
-        """Makes the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
-        name = f"{junction}*"
-        while name in self.graph.elements:
-            name += "*"
-        number = max(b.number for b in self.graph.bonds) + 1
-        elements = {**self.graph.elements, name: I(name, 0.0)}
-        more = replace(self.graph, elements=elements, bonds=(*self.graph.bonds, Bond(number, junction, name)))
-        preferences = dict.fromkeys((*self.massless, name), "integral")
-        assignment = causality(more, preferences)
-        moved = set(self.strokes.integral) - set(assignment.integral)
-        if assignment.conflicts or name not in assignment.integral or len(assignment.integral) != len(self.strokes.integral):
-            return
-        if any(more.elements[n].kind != "I" for n in moved):
-            return
-        self.massless = (*self.massless, name)
-        self._written(more, assignment)
-
-
-def _check_rank(graph: BondGraph, block: SolutionStep) -> None:
-    """Refuses a system that its numbers make singular; moduli count as numbers in no relation to each other."""
-    numbers: dict[int, float] = {}
-    matrix = np.zeros((len(block.unknown),) * 2)
-    for row, relation in enumerate(block.relations):
-        for variable, ratio, sign in relation.terms:
-            if variable in block.unknown:
-                constant = isinstance(ratio, float | int)
-                value = float(ratio) if constant else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
-                matrix[row, block.unknown.index(variable)] += sign * value
-    matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
-    sizes = np.linalg.svd(matrix, compute_uv=False)
-    if not sizes[-1] > _SINGULAR * sizes[0]:
-        raise GraphError(_contradiction(graph, block.relations))
-
-
-Ties = Mapping[str, Sequence[tuple[str, str]]]
-
-
-def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[BondGraph, Causality, Ties]:
-    """The graph with every port of a linear field that is in derivative causality as a store of its own, and its strokes.
-
-    With e = K q of the ports and d the port, E = 1/2 q^T K q is 1/2 K_dd (q_d + T q)^2 + 1/2 q^T (K - K_d K_d^T/K_dd) q over
-    the others, T = K_d/K_dd: a store 1/K_dd that transformers join to the others' bonds, which keep states and causality.
-    An inertia's are the same with flow and effort exchanged.
+    flows, efforts: of every bond, by its number; a store's in derivative causality with the others' rates in it. rates: of
+    the state. moduli: of every two-port that varies, by name.
     """
-    following = [name for name in strokes.derivative if graph.coupled(name)]
-    if strokes.conflicts or not following:
-        return graph, strokes, {}
-    import sympy  # type: ignore[import-untyped]
 
-    near = {e.name: graph.coupled(e.name) for e in graph.of_kind("I", "C")}
-    fields = {name: sorted(reached_from(name, near)) for name in following}
-    slopes = {places: slope for names in fields.values() for places, slope in _slopes(graph, names).items()}
-    elements, bonds = dict(graph.elements), list(graph.bonds)
-
-    def joined(tail: str, head: str) -> None:
-        bonds.append(Bond(1 + max(b.number for b in bonds), tail, head))
-
-    def added(element: Element) -> str:
-        name = element.name
-        while name in elements:
-            name += "*"
-        elements[name] = element._replace(name=name)
-        return name
-
-    def before(port: str, kind: str) -> str:
-        """A junction between a port and its bond."""
-        place = next(k for k, b in enumerate(bonds) if b.head == port)
-        junction = added(Element(kind, f"{port}*"))
-        bonds[place] = bonds[place]._replace(head=junction)
-        joined(junction, port)
-        return junction
-
-    beside: dict[str, str] = {}
-    ties: dict[str, list[tuple[str, str]]] = {}
-    for name in following:
-        pivot, inertia = slopes[name, name], elements[name].kind == "I"
-        others = [n for n in fields[name] if n != name and (n, name) in slopes and slopes[n, name] != 0]
-        store = before(name, "1" if inertia else "0") if others else name
-        for n in others:
-            ratio = slopes[n, name] / pivot
-            if n not in beside:
-                beside[n] = before(n, "0" if inertia else "1")
-            tie = added(Element("TF", f"{n}->{name}", _law_of(-ratio if inertia else ratio)))
-            ties.setdefault(name, []).append((n, tie))
-            for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
-                joined(tail, head)
-            for m in others:
-                slopes[n, m] = _less(slopes[n, m], ratio * slopes[name, m])
-        elements[name] = elements[name]._replace(law=_law_of(1 / pivot))
-        slopes = {places: slope for places, slope in slopes.items() if name not in places}
-    letter = {name: "p" if elements[name].kind == "I" else "q" for names in fields.values() for name in names}
-    for n in {one for one, _ in slopes}:
-        terms = {m: slope for (one, m), slope in slopes.items() if one == n and slope != 0}
-        if set(terms) == {n}:
-            law = _law_of(1 / terms[n])
-        else:
-            names = {m: letter[m] if m == n else f"{letter[m]}_{m}" for m in terms}
-            law = function(sum(slope * sympy.Symbol(names[m]) for m, slope in terms.items()))
-        elements[n] = elements[n]._replace(law=law)
-    rewritten = replace(graph, elements=elements, bonds=tuple(bonds))
-    preferences = dict.fromkeys(strokes.integral, "integral") | dict.fromkeys(strokes.derivative, "derivative")
-    return rewritten, causality(rewritten, preferences), ties
+    flows: dict[int, Any]
+    efforts: dict[int, Any]
+    rates: list[Any]
+    moduli: dict[str, Any]
 
 
-def _slopes(graph: BondGraph, names: Sequence[str]) -> dict[tuple[str, str], Any]:
-    """The slopes of the laws of a linear field's ports by one another's states."""
-    import sympy
+class Walk:
+    """The state, and what follows from it step by step.
 
-    kinds = {graph.elements[n].kind for n in names}
-    letter = "p" if kinds == {"I"} else "q"
-    symbols = {n: sympy.Symbol(f"{letter}_{n}", real=True) for n in names}
-    slopes: dict[tuple[str, str], Any] = {}
-    for n in names:
-        law = graph.elements[n].law
+    `outputs` holds the outputs of iterated groups, as far as they are known; with `stop`, the walk ends at that group, with
+    its residual and slopes as `balance`. Where it is `still`, sources give 0.
+    """
+
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        t: Any,
+        state: Sequence[Any],
+        anchors: Mapping[str, Any] = MappingProxyType({}),
+        outputs: Sequence[Sequence[Any]] = (),
+        stop: int | None = None,
+        acts: bool = True,
+        still: bool = False,
+    ) -> None:
+        self.dynamics, self.form, self.graph = dynamics, dynamics.form, dynamics.form.graph
+        self.t, self.anchors, self.state = t, anchors, list(state)
+        self._outputs, self._stop, self._still = outputs, stop, still
+        stores, displaced = len(self.form.stores), self.form.displacements
+        self._places: dict[str, Any] = {TIME: t}
+        for displacement, value in zip(displaced, self.state[stores:], strict=True):
+            self._places[displacement.name] = value
+        self._motions: dict[int, tuple[Any, Any]] = {}
+        self.moduli: dict[int, tuple[Any, tuple[tuple[str, Any], ...]]] = {}
+        for name, signal in dynamics.signals.items():
+            self._places[name] = self._call(signal, [t] * len(signal.of))
+        self.outputs: list[Any] = [None] * (2 * len(self.form.column))  # and rates of sources, where `closed` holds them
+        for k, port in enumerate(self.form.stores):
+            self.outputs[k] = self.stored(port, self.state[k])
+        self.gain: Any = None
+        self._values: dict[int, Any] = {}
+        self._weighed: list[Any] | None = None
+        self._biased: dict[int, Any] | None = None
+        self._gain()
+        self.balance: Balance | None = None
+        if acts:
+            self._act()
+
+    def rates(self) -> list[Any]:
+        """The rates of the state."""
+        stores = self._store_rates()
+        return stores + [self.whole(self.dynamics.owner_of[d.name]) for d in self.form.displacements]
+
+    def instant(self) -> GraphInstant:
+        """Flows, efforts, rates of the state."""
+        rates = self.rates()
+        flows = {b.number: self.whole(self.form.flow[b.number]) for b in self.form.source.bonds}
+        efforts = {b.number: self.whole(self.form.effort[b.number]) for b in self.form.source.bonds}
+        return GraphInstant(flows, efforts, rates, {name: self.moduli[id(ratio)][0] for ratio, name in self.dynamics.moduli})
+
+    def value(self, variable: int) -> Any:
+        """A flow or effort without the outputs of followers."""
+        if variable not in self._values:
+            last = len(self.form.stores) + len(self.form.acting)
+            self._values[variable] = total(g * self.outputs[k] for k, g in self.gain[variable].items() if k < last)
+        return self._values[variable]
+
+    def whole(self, variable: int) -> Any:
+        """A flow or effort with the outputs of followers."""
+        last = len(self.form.stores) + len(self.form.acting)
+        more = [k for k in self.gain[variable] if k >= last]
+        if any(last <= k < len(self.form.column) for k in more) and self.outputs[last] is None:
+            self._store_rates()
+        for k in (k for k in more if k >= len(self.form.column) and self.outputs[k] is None):
+            port = self.form.acting[k - len(self.form.column) - len(self.form.stores)]
+            self.outputs[k] = self._rate_of_source(port.element.name)
+        return (
+            self.value(variable) + total(self.gain[variable][k] * self.outputs[k] for k in more)
+            if more
+            else self.value(variable)
+        )
+
+    def stored(self, port: PortBond, x: Any) -> Any:
+        """The output of a store in integral causality: the flow of an inertia, the effort of a compliance."""
+        name, inertia = port.element.name, port.element.kind == "I"
+        if name in self.form.massless:
+            return x
+        if self.graph.is_curve(name):
+            return port.sign * self._law(name, x) if inertia else self._law(name, x)
+        constant = self.graph.constant(name)
+        return port.sign * x / constant if inertia else x / constant
+
+    def _slopes(self, port: PortBond, x: Any) -> dict[int, Any]:
+        """The slopes of a curved store's law by the states of stores, at their places: its own, and those that it reads."""
+        law, name = port.element.law, port.element.name
         assert isinstance(law, Function)
-        value = law.symbolic({graph.own(n) or "": symbols[n], **{f"{letter}_{m}": s for m, s in symbols.items() if m != n}})
-        slopes |= {(n, m): value.diff(s) for m, s in symbols.items()}
-    curved = [s for slope in slopes.values() for s in slope.free_symbols if s in symbols.values()]
-    outward = [n for n in names if graph.bond_of(n).head != n]
-    if len(kinds) > 1 or curved or outward or any(slopes[n, m] != slopes[m, n] for n, m in slopes):
-        where = ", ".join(graph.where(n) for n in names)
-        raise GraphError(
-            f"{where} share one energy, and one of them follows other stores or sources, which only a field of a symmetric "
-            "matrix may: put an R, or a store of the other kind, between"
-        )
-    return slopes
+        partials = dict(zip(law.of, self._partials(law, name, x)[1], strict=True))
+        places = {self.form.state_name(p): k for k, p in enumerate(self.form.stores)}
+        signs = [p.sign if p.element.kind == "I" else 1.0 for p in (*self.form.stores, port)]
+        slopes = {}
+        for n in (n for n in law.of if n not in self.graph.parameters):
+            k = places.get(self.form.state_name(port), -1) if n == self.graph.own(name) else places[n]
+            slopes[k] = signs[k] * signs[-1] * partials[n]
+        return slopes
 
+    def output_slopes(self, place: int) -> dict[int, Any]:
+        """The slopes of a store's output by the states of stores, at their places."""
+        port = self.form.stores[place]
+        if port.element.name in self.form.massless:
+            return {place: 1.0}
+        if self.graph.is_curve(port.element.name):
+            return self._slopes(port, self.state[place])
+        return {place: (port.sign if port.element.kind == "I" else 1.0) / self.graph.constant(port.element.name)}
 
-def _less(slope: Any, other: Any) -> Any:
-    """The difference of two slopes; 0 where nothing but rounding is left of it, which would tie ports that are apart."""
-    import sympy
+    def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
+        """Calls a law, or records it where the walk is recorded; `results` is the length of the tuple that it returns."""
+        node = next((a for a in arguments if isinstance(a, Recorded)), None)
+        if node is not None:
+            return node.recorder.through(called, arguments, results)
+        return by_rows(called, arguments, results)
 
-    left = slope - other
-    if other.free_symbols:
-        return left if sympy.cancel(sympy.nsimplify(left, rational=True)) != 0 else sympy.S.Zero
-    return left if abs(left) > _SINGULAR * abs(other) else sympy.S.Zero
+    def _arguments(self, law: Function, name: str, own: Any = None, outputs: Mapping[Any, Any] | None = None) -> list[Any]:
+        """The arguments of a law; `outputs` has flows and efforts that are not yet known, besides its own."""
+        outputs = {self.graph.own(name): own} if outputs is None else outputs
+        values = []
+        for argument in law.of:
+            if argument in outputs:
+                values.append(outputs[argument])
+            elif argument in self.graph.parameters:
+                values.append(self.graph.parameter(argument, name))
+            elif argument in self._places:
+                values.append(self._places[argument])
+            else:
+                values.append(self._read(argument, name))
+        return values
 
+    def _read(self, argument: str, name: str) -> Any:
+        """A flow, effort, momentum or displacement that the law of an element reads."""
+        signal = self.graph.reading(argument)
+        assert signal is not None
+        letter, bond = signal
+        form, where = self.form, self.graph.where(name)
+        if letter in "pq":
+            place = next((k for k, p in enumerate(form.stores) if p.bond == bond), None)
+            if place is None:
+                raise GraphError(f"{where} reads {argument}, which is no state: {form.follows[argument[2:]]}")
+            return self.state[place]
+        variable = (form.flow if letter == "f" else form.effort)[bond]
+        if self.gain is not None:
+            return self.value(variable)
+        return self.outputs[form.column[variable]]  # a modulus, which is needed before all that follows by it
 
-def _law_of(expression: Any) -> Any:
-    """A law of parameters, or a number."""
-    return function(expression) if expression.free_symbols else float(expression)
+    def _law(self, name: str, own: Any = None) -> Any:
+        law = self.graph.elements[name].law
+        if isinstance(law, Function):
+            arguments = self._arguments(law, name, own)
+            if any(map(is_symbolic, arguments)):
+                return self._symbolic(law, arguments)
+            return self._named(name, law, arguments)
+        if isinstance(law, Law):
+            return self._call(law.effort, self._both(law.motion)) if not law.moving else self._moving_effort(name, law)
+        return law
 
+    def _moving_effort(self, name: str, law: Law) -> Any:
+        """The effort of a law that depends on speed or time."""
+        speed = self.value(self.form.variable(law.motion.of)) if "speed" in law.sees else 0.0
+        own = self.value(self.form.variable(name)) if "flow" in law.sees else 0.0
 
-def _contradiction(graph: BondGraph, relations: Sequence[Relation]) -> str:
-    named = ", ".join(dict.fromkeys(places(graph, relations)))
-    return (
-        f"over-constrained: {named} contradict or repeat the conditions of the others on the same flows and efforts: "
-        "remove one of them, or change a ratio"
-    )
+        def effort(here: Here, anchor: Here, speed: Any, own: Any, t: Any) -> Any:
+            return law.effort(*(place._replace(speed=speed, flow=own, time=t) for place in (here, anchor)))
 
+        return self._call(effort, (*self._both(law.motion), speed, own, self.t))
 
-def _blocks(graph: BondGraph, waiting: Sequence[Relation], unknown: Collection[int]) -> list[SolutionStep]:
-    """The equations that local steps leave, as the smallest linear systems, in the order of their solution."""
-    can = [[v for v, ratio, _ in r.terms if v in unknown and ratio != 0.0] for r in waiting]
-    owner: dict[int, int] = {}  # unknown variable -> the relation that gives it
+    def _partials(self, law: Function, name: str, own: Any = None) -> tuple[Any, tuple[Any, ...]]:
+        arguments = self._arguments(law, name, own)
+        if any(map(is_symbolic, arguments)):
+            return self._symbolic_partials(law, arguments)
 
-    def augment(k: int, seen: set[int]) -> bool:
-        for variable in can[k]:
-            if variable not in seen:
-                seen.add(variable)
-                if variable not in owner or augment(owner[variable], seen):
-                    owner[variable] = k
-                    return True
-        return False
+        def flat(*values: Any) -> tuple[Any, ...]:
+            value, partials = law.partials(*values)
+            return (value, *partials)
 
-    left = [r for k, r in enumerate(waiting) if not augment(k, set())]
-    if left or len(owner) < len(unknown):
-        raise GraphError(_contradiction(graph, left or waiting))
-    gives = {k: variable for variable, k in owner.items()}
-    needs = {k: {owner[v] for v in can[k] if owner[v] != k} for k in gives}
-    return [
-        SolutionStep(tuple(sorted(gives[k] for k in group)), tuple(waiting[k] for k in group)) for group in components(needs)
-    ]
+        value, *partials = self._named(name, flat, arguments, 1 + len(arguments))
+        return value, tuple(partials)
 
-
-def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
-    """Looks up everything that does not change from state to state."""
-    graph = form.graph
-    elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
-    moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
-    made = Tables(
-        form=form,
-        signals=signals,
-        moduli=tuple((ratio, elements[key]) for key, ratio in moduli.items()),
-        owner_of={d.name: form.variable(d.of) for d in form.displacements},
-        displacement_of={d.of: d.name for d in reversed(form.displacements)},
-        iterated=tuple(g for g in form.groups if _bends(form, g)),
-        closed=exact_gains(form),
-        bending=frozenset(k for k, p in enumerate(form.followers) if graph.is_curve(p.element.name)),
-        weighed=_weighed(form),
-        varying=upstream(form, {p.input for p in form.followers}),
-    )
-    _check_rates(made)
-    return made
-
-
-def _bends(form: Formulation, group: OutputGroup) -> bool:
-    """True if outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
-    ports = [form.acting[k] for k in group.members]
-    curved = [p for p in ports if form.graph.is_curve(p.element.name)]
-    moving = [p for p in ports if isinstance(p.element.law, Law)]
-    if group.loop and moving:
-        where = form.graph.title(moving[0].element.name)
-        raise GraphError(f"{where} depends on a flow without inertia: give it as a resistor, or add inertia")
-    reads = [p for p in ports if any(form.read(p, name) is not None for name in getattr(p.element.law, "of", ()))]
-    if all(isinstance(p.element.law, Function) and p.element.law.is_affine for p in {*curved, *reads}):
-        return False
-    return bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
-
-
-def exact_gains(form: Formulation) -> dict[int, dict[int, float]]:
-    """Gains of variables in loops of constant resistors, of those that constant followers give, and of all after them.
-
-    Leaks of 1e20 ohm beside 1 ohm, or a great store that follows a small one, leave no digit to a solution in floats: both
-    are solved in fractions, and rounded once.
-    """
-    loops = [[_line(form, form.acting[k]) for k in g.members] for g in form.groups if g.loop]
-    members = [[form.acting[k] for k in g.members] for g in form.groups if g.loop]
-    if not any(map(all, loops)) and not form.followers:
-        return {}
-    gain = {variable: {k: Fraction(1)} for variable, k in form.column.items()}
-    unit = {variable: {variable: Fraction(1)} for variable in form.support}
-
-    def combined(terms: Iterable[tuple[int, Fraction]], of: Mapping[int, Mapping[int, Fraction]]) -> dict[int, Fraction]:
-        gains: dict[int, Fraction] = {}
-        for v, factor in terms:
-            for k, share in of[v].items():
-                gains[k] = gains.get(k, Fraction()) + factor * share
-        return {k: share for k, share in gains.items() if share}
-
-    for step in form.steps:
-        terms, made = [term for r in step.relations for term in r.terms], step.unknown
-        if all(isinstance(ratio, float | int) and (v in gain or v in made) for v, ratio, _ in terms):
-            rows = [[(v, int(sign) * Fraction(ratio)) for v, ratio, sign in r.terms] for r in step.relations]  # type: ignore[arg-type]
-            own = [combined(((v, a) for v, a in row if v in made), unit) for row in rows]
-            gain |= eliminated(own, [combined(((v, -a) for v, a in row if v not in made), gain) for row in rows])
-    closed = set[int]()
-
-    def put(outputs: Mapping[int, Mapping[int, Fraction]]) -> None:
-        for v in [v for v, shares in gain.items() if outputs.keys() & shares.keys()]:
-            with_inputs = {**outputs, **{k: {k: Fraction(1)} for k in gain[v] if k not in outputs}}
-            gain[v] = combined(gain[v].items(), with_inputs)
-            closed.add(v)
-
-    for lines, ports in zip(loops, members, strict=True):
-        if not all(line and gain.keys() >= {v for v, _ in line} for line in lines):
-            continue
-        columns = {form.column[p.output] for p in ports}
-        whole = [combined(line, gain) for line in lines]
-        inside = [{k: a for k, a in row.items() if k in columns} for row in whole]
+    def _named(self, name: str, called: Callable[..., Any], arguments: list[Any], results: int = 0) -> Any:
+        """Calls an element's law; the error where it is not defined names the element."""
         try:
-            put(eliminated(inside, [{k: -a for k, a in row.items() if k not in columns} for row in whole]))
-        except GraphError as error:
-            raise unsolvable(form.graph, ports, error) from error
-    put(_followed(form, gain, combined))
-    return {v: {k: float(share) for k, share in gain[v].items()} for v in closed}
+            return self._call(called, arguments, results)
+        except (ValueError, ArithmeticError) as error:
+            of = getattr(self.graph.elements[name].law, "of", ())
+            where = ", ".join(f"{n} = {v}" for n, v in zip(of, arguments, strict=False))
+            raise GraphError(f"the law of {self.graph.title(name)} is not defined at {where}: {error}") from error
 
+    def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
+        return law.symbolic(dict(zip(law.of, arguments, strict=True)))
 
-def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[..., dict[int, Fraction]]) -> Any:
-    """The gains of what followers give, if they and their leaders are constants throughout; else none.
+    def _symbolic_partials(self, law: Function, arguments: list[Any]) -> tuple[Any, tuple[Any, ...]]:
+        """A law's value and partial derivatives at arguments that may be whole expressions, such as a flow."""
+        import sympy  # type: ignore[import-untyped]
 
-    With y' = G z the rates of the leading stores' states and z' = S y' those of what they give, a follower of inertia or
-    compliance w gives w g z'. The rate of a source's law has a column of its own behind those of all outputs.
-    """
-    graph, first, places = form.graph, len(form.stores), _weighed(form)
-    last, ports = first + len(form.acting), [form.stores[k] for k in places]
-    if form.massless or not gain.keys() >= {p.input for p in (*ports, *form.followers)}:
-        return {}
-    driven = {k for p in form.followers for k in gain[p.input] if k >= first}
-    acting = {k: form.acting[k - first] if k < last else form.followers[k - last] for k in driven}
-    if any(p.element.kind not in SOURCES or isinstance(p.element.law, Law) for p in acting.values()):
-        return {}
-    at: dict[str | None, int] = {form.state_name(p): k for k, p in zip(places, ports, strict=True)}
-    varying = {k: k + len(form.column) for k, p in acting.items() if not isinstance(p.element.law, float)}
-    slopes = {k: {rate: Fraction(1)} for k, rate in varying.items()}  # of what a store gives by the states, or a source
-    for k, port in zip(places, ports, strict=True):
-        law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
-        if (constant := _number(graph, name)) is not None:
-            slopes[k] = {k: Fraction(sign) / Fraction(constant)}
-        elif isinstance(law, Function) and law.is_affine and (at := at | {graph.own(name) or "": k}).keys() >= {*law.of}:
-            slopes[k] = {
-                at[n]: Fraction(sign * s) for n, s in zip(law.of, law.partials(*[0.0] * len(law.of))[1], strict=True)
-            }
-        else:
-            return {}
-    gives: dict[int, dict[int, Fraction]] = {}  # column of a follower -> its shares of the leaders' rates
-    for k, port in enumerate(form.followers, last):
-        if (weight := _number(graph, port.element.name)) is None:
-            return {}
-        gives[k] = combined(
-            ((c, Fraction(port.sign * weight) * g) for c, g in gain[port.input].items() if c < first or c in varying), slopes
-        )
-    rows, right = [], []
-    for k, port in zip(places, ports, strict=True):
-        sign = 1 if port.element.kind == "I" else int(port.sign)
-        shares = {c: sign * g for c, g in gain[port.input].items()}
-        row = combined([(-1, Fraction(1)), *((c, -g) for c, g in shares.items() if c >= last)], {**gives, -1: {k: 1}})
-        rows.append({c: g for c, g in row.items() if c < first})
-        right.append({c: g for c, g in shares.items() if c < last} | {c: -g for c, g in row.items() if c >= first})
-    try:
-        rates = eliminated(rows, right)
-    except GraphError:  # inertias that cancel: refused where the rates are asked for
-        return {}
-    rates |= {rate: {rate: Fraction(1)} for rate in varying.values()}
-    return {c: combined(shares.items(), rates) for c, shares in gives.items()}
+        places = [sympy.Dummy(name, real=True) for name in law.of]
+        value = law.symbolic(dict(zip(law.of, places, strict=True)))
+        at = {place: sympy.sympify(argument, strict=True) for place, argument in zip(places, arguments, strict=True)}
+        return value.xreplace(at), tuple(value.diff(place).xreplace(at) for place in places)
 
+    def _both(self, motion: Motion) -> tuple[Any, Any]:
+        pair = self._motions.get(id(motion))
+        if pair is None:
+            q = self._places[self.dynamics.displacement_of[motion.of]]
+            anchor = self.anchors.get(motion.of, q)
+            here = self._call(_here, (motion.position, q, anchor))
+            pair = self._motions[id(motion)] = here, self._call(_here, (motion.position, anchor, anchor))
+        return pair
 
-def _number(graph: BondGraph, name: str) -> float | None:
-    """An element's constant; None if it has another law, or is a symbol."""
-    constant = graph.constant(name) if graph.is_linear(name) else None
-    return constant if isinstance(constant, float) else None
+    def _ratio(self, ratio: Ratio) -> Any:
+        return self.moduli[id(ratio)][0] if isinstance(ratio, Function | Modulus) else ratio
 
+    def _ratio_rate(self, ratio: Ratio) -> Any:
+        total: Any = 0.0
+        for name, partial in self.moduli[id(ratio)][1] if isinstance(ratio, Function | Modulus) else ():
+            total = total + partial * self._rate(name)
+        return total
 
-def _line(form: Formulation, port: PortBond) -> list[tuple[int, Fraction]]:
-    """The terms of variables whose sum is 0 by a resistor's law, if that is a straight line of numbers; else none."""
-    law, ((left, sign), reads) = port.element.law, form.sides(port)
-    if port.element.kind == "R" and (resistance := _number(form.graph, port.element.name)) is not None:
-        flow = port.input if port.gives == "e" else port.output
-        return [(left, Fraction(1)), (flow, -Fraction(port.sign * resistance))]
-    if port.element.kind != "R" or not isinstance(law, Function) or not law.is_affine or reads.keys() != {*law.of}:
-        return []
-    value, slopes = law.partials(*[0.0] * len(law.of))
-    terms = [(reads[n][0], Fraction(reads[n][1] * slope)) for n, slope in zip(law.of, slopes, strict=True)]
-    return [] if value else [(left, Fraction(-sign)), *terms]
+    def _rate(self, name: str) -> Any:
+        """The time derivative of something that laws depend on."""
+        if name == TIME:
+            return 1.0
+        if name in self.dynamics.owner_of:
+            return self.value(self.dynamics.owner_of[name])
+        if name not in self.dynamics.signals:
+            raise GraphError(
+                f"the rate of {name} is needed, for a store follows by it: only displacements and signals have one"
+            )
+        signal = self.dynamics.signals[name]
+        return self._call(lambda t: signal.partials(t)[1][0], (self.t,)) if signal.of else 0.0
 
+    def _rate_of_source(self, name: str) -> Any:
+        law = self.graph.elements[name].law
+        if isinstance(law, Law):
+            raise GraphError(f"{self.graph.title(name)}: the rate of its effort is needed, but its law gives efforts only")
+        total: Any = 0.0
+        if isinstance(law, Function):
+            for argument, partial in zip(law.of, self._partials(law, name)[1], strict=True):
+                if argument not in self.graph.parameters:
+                    total = total + partial * self._rate(argument)
+        return total
 
-def _weighed(form: Formulation) -> tuple[int, ...]:
-    tied = {k for p in form.followers for k in form.support[p.input] if k < len(form.stores)}
-    places = {p.element.name: k for k, p in enumerate(form.stores)}
-    near = {k: {places[n] for n in form.graph.coupled(p.element.name)} for k, p in enumerate(form.stores)}
-    tied = {other for k in tied for other in reached_from(k, near)}
-    return tuple(sorted(tied | {places[name] for name in form.massless}))
-
-
-def _check_rates(tables: Tables) -> None:
-    """Refuses a modulus whose rate a follower needs, and that varies with what a follower gives."""
-    form, graph = tables.form, tables.form.graph
-    last = len(form.stores) + len(form.acting)
-    needed = {id(r) for k in tables.varying for r in ratios(form.steps[k])}
-    settled = {p.output for p in form.stores}
-    for ratio, name in tables.moduli:
-        for displacement in graph.depends_on(name):
-            read = graph.reading(displacement)
-            if read is not None and read[0] in "fe":
-                if (form.flow if read[0] == "f" else form.effort)[read[1]] not in settled:
-                    raise GraphError(
-                        f"{graph.where(name)} reads {displacement}, which no store gives from its state: a modulus may read "
-                        "such alone"
-                    )
-                if id(ratio) in needed:
-                    follower = next(p for p in form.followers if name in form.through(p.input))
-                    raise GraphError(
-                        f"{graph.where(name)}: the rate of {displacement} is needed, for a store follows by it, "
-                        f"{graph.where(follower.element.name)}: let it read a displacement or a signal, or put a spring "
-                        "between"
-                    )
-            if id(ratio) not in needed:
-                continue
-            on = form.support[tables.owner_of[displacement]] if displacement in tables.owner_of else ()
-            if any(k >= last for k in on):
-                raise GraphError(
-                    f"{graph.where(name)} varies with {displacement}, whose rate a store in derivative causality gives: "
-                    f"attach an I or R to {form.name_of(tables.owner_of[displacement])}"
+    def _gain(self) -> None:
+        """The gains of every variable, {column: gain}."""
+        for ratio, name in self.dynamics.moduli:
+            # a transformer's ratio, and its partial derivatives by the names that it depends on
+            if isinstance(ratio, Function):
+                value, partials = self._partials(ratio, name)
+                self.moduli[id(ratio)] = (
+                    value,
+                    tuple((n, p) for n, p in zip(ratio.of, partials, strict=True) if n not in self.graph.parameters),
                 )
+            else:
+                here = self._both(ratio.motion)[0]
+                of = self.dynamics.displacement_of[ratio.motion.of]
+                value, slope = (
+                    self._call(lambda at, pick=pick: pick(at.position), (here,)) for pick in (ratio.value, ratio.slope)
+                )
+                self.moduli[id(ratio)] = value, ((of, slope),)
+        self.gain = [{} for _ in self.form.support]
+        for variable, k in self.form.column.items():
+            self.gain[variable] = {k: 1.0}
+        self.gain = [dict(self.dynamics.closed.get(v, gain)) for v, gain in enumerate(self.gain)]
+        for step in self.form.steps:
+            if self.dynamics.closed.keys() >= {*step.unknown}:
+                continue
+            if step.terms is not None:
+                terms = [(self._ratio(ratio), self.gain[v]) for v, ratio in step.terms]
+                columns = sorted({k for _, gain in terms for k in gain})
+                self.gain[step.unknown[0]] = {
+                    k: total(ratio * gain[k] for ratio, gain in terms if k in gain) for k in columns
+                }
+            else:
+                columns, right = sorted({k for v in sources(step) for k in self.gain[v]}), []
+                for relation in step.relations:
+                    summands = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
+                    right.append(
+                        [total(factor * self.gain[v][k] for v, factor in summands if k in self.gain[v]) for k in columns]
+                    )
+                solution = solve(self._matrix(step), right) if columns else [[] for _ in step.unknown]
+                for row, variable in enumerate(step.unknown):
+                    self.gain[variable] = dict(zip(columns, solution[row], strict=True))
+
+    def _matrix(self, step: SolutionStep) -> list[list[Any]]:
+        return [
+            [total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
+            for relation in step.relations
+        ]
+
+    def _act(self) -> None:
+        """The outputs of sources and resistors, group by group."""
+        place = 0
+        for group in self.form.groups:
+            ports = group.ports
+            if group in self.dynamics.iterated:
+                if place == self._stop:
+                    self.balance = self._residual(ports, self._outputs[place])
+                    return
+                output = self._outputs[place] if place < len(self._outputs) else self._settled(ports)
+                place += 1
+            elif ports[0].output in self.dynamics.closed:
+                output = [self.value(port.output) for port in ports]
+            elif group.loop or not self._explicit(ports[0]):
+                output = self._closed(ports)
+            else:
+                output = [self._own_output(port) for port in ports]
+            for port, value in zip(ports, output, strict=True):
+                self.outputs[self.form.column[port.output]] = value
+
+    def _explicit(self, port: PortBond) -> bool:
+        """False of a resistor whose curve gives the other than what is asked of it."""
+        name = port.element.name
+        return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
+
+    def _own_output(self, port: PortBond) -> Any:
+        """The output of an acting port that needs nothing of its own."""
+        name, kind, law = port.element.name, port.element.kind, port.element.law
+        if (kind in STORES and not isinstance(law, Law)) or (self._still and kind in SOURCES):  # or an inertia of 0
+            return 0.0
+        if kind != "R":
+            return self._moving_effort(name, law) if isinstance(law, Law) and law.moving else self._law(name)
+        argument = self.value(port.input)
+        if self.graph.is_curve(name):
+            return self._law(name, port.sign * argument) if port.gives == "e" else port.sign * self._law(name, argument)
+        resistance = self._resistance(name)
+        if port.gives == "e":
+            return resistance * port.sign * argument
+        if isinstance(resistance, float) and resistance == 0.0:
+            raise GraphError(f"{self.graph.where(name)}: its resistance is 0 where its flow follows from its effort")
+        return port.sign * argument / resistance
+
+    def _resistance(self, name: str) -> Any:
+        return self.graph.constant(name) if self.graph.is_linear(name) else self._law(name)
+
+    def _residual(self, ports: Sequence[PortBond], outputs: Sequence[Any]) -> Balance:
+        """The residual of the equations of resistors in a loop at their outputs, and its slopes."""
+        columns = [self.form.column[p.output] for p in ports]
+        for k, value in zip(columns, outputs, strict=True):
+            self.outputs[k] = value
+        self._values.clear()
+        residual, slopes = [], []
+        for port in ports:
+            (left, sign), reads = self.form.sides(port)
+            name, law = port.element.name, port.element.law
+            if reads:
+                assert isinstance(law, Function)
+                own = next((factor * self.value(v) for n, (v, factor) in reads.items() if n == self.graph.own(name)), None)
+                value, partials = self._partials(law, name, own)
+                terms = [(reads[n][0], reads[n][1] * d) for n, d in zip(law.of, partials, strict=True) if n in reads]
+            else:
+                flow, resistance = port.input if port.gives == "e" else port.output, port.sign * self._resistance(name)
+                value, terms = resistance * self.value(flow), [(flow, resistance)]
+            residual.append(sign * self.value(left) - value)
+            row = [total(a * self.gain[v].get(k, 0.0) for v, a in terms) for k in columns]
+            slopes.append([sign * self.gain[left].get(k, 0.0) - slope for k, slope in zip(columns, row, strict=True)])
+        return residual, slopes
+
+    def _closed(self, ports: Sequence[PortBond]) -> list[Any]:
+        """The outputs of linear resistors in a loop."""
+        residual, slopes = self._residual(ports, [0.0] * len(ports))
+        self._values.clear()
+        try:
+            return [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
+        except GraphError as error:
+            raise unsolvable(self.graph, ports, error) from error
+
+    def _settled(self, ports: Sequence[PortBond]) -> list[Any]:
+        """The outputs of resistors of any law in a loop, by iteration."""
+        arguments = [self.t, *self.state, *self._places.values()]
+        shape = np.broadcast_shapes(*(np.shape(value) for value in arguments))
+        result = settle(lambda outputs: self._residual(ports, outputs), len(ports), shape, loop_name(self.graph, ports))
+        self._values.clear()
+        return result
+
+    def _store_rates(self) -> list[Any]:
+        """The rates of momenta and displacements; on the way, what followers give."""
+        form, last = self.form, len(self.form.stores) + len(self.form.acting)
+        if self.dynamics.closed.keys() >= {p.output for p in form.followers} and not form.massless:
+            return [self.own_rate(p) for p in form.stores]
+        shares = self._shares()
+        for k, (port, (rate, weight)) in enumerate(zip(form.followers, self._followed(shares), strict=True)):
+            self.outputs[last + k] = port.sign * weight * rate
+        rates = []
+        for k, port in enumerate(form.stores):
+            if k not in shares:
+                rates.append(self.own_rate(port))
+            elif port.element.name in form.massless or not self.graph.is_curve(port.element.name):
+                own = 1.0 if port.element.name in form.massless else self.graph.constant(port.element.name)
+                rates.append((port.sign if port.element.kind == "I" else 1.0) * own * shares[k][0])
+            else:
+                rates.append((port.sign if port.element.kind == "I" else 1.0) * shares[k][1])
+        return rates
+
+    def own_rate(self, port: PortBond) -> Any:
+        """The rate of a store that no other follows: an inertia's momentum by its effort, a compliance by its flow."""
+        input_value = self.whole(port.input)
+        return input_value if port.element.kind == "I" else port.sign * input_value
+
+    def _shares(self) -> dict[int, tuple[Any, Any]]:
+        """The rates of the output and of the momentum or displacement of every store that others follow."""
+        places = self.dynamics.weighed
+        matrix, force = self.mass_and_force()
+        ports = [self.form.stores[k] for k in places]
+        bending = [self.graph.is_curve(p.element.name) for p in ports]
+        if not any(bending):
+            return {k: (rate, None) for k, rate in zip(places, solve_symmetric(matrix, force), strict=True)}
+        slopes = [self._slopes(p, self.state[k]) if b else {} for k, p, b in zip(places, ports, bending, strict=True)]
+        at = {k: i for i, k in enumerate(places)}
+        own = [1.0 if b else self.graph.constant(p.element.name) for p, b in zip(ports, bending, strict=True)]
+        rows = []  # the unknowns are the rates of a curved store's own, and of what others give
+        for i in range(len(places)):
+            row: list[Any] = [0.0] * len(places)
+            row[i] = 1.0 if bending[i] else 0.0
+            for j, bent in enumerate(bending):
+                mass = matrix[max(i, j)][min(i, j)]
+                for k, slope in slopes[j].items() if bent else ((places[j], 1.0),):
+                    row[at[k]] = row[at[k]] + mass * slope * (own[at[k]] if bent else 1.0)
+            rows.append(row)
+        shares = [row[0] for row in solve(rows, [[value] for value in force])]
+        return {
+            k: (
+                total(slope * own[at[n]] * shares[at[n]] for n, slope in slopes[i].items()) if bending[i] else shares[i],
+                shares[i],
+            )
+            for k, i in at.items()
+        }
+
+    def mass_and_force(self) -> tuple[list[list[Any]], list[Any]]:
+        """M (lower triangle) and Q of M z' = Q for what the weighed stores give.
+
+        A store of a curved law is without its own weight in M, for the slope of its law may be infinite.
+        """
+        form, places = self.form, self.dynamics.weighed
+        at = {k: i for i, k in enumerate(places)}
+        matrix: list[list[Any]] = [[0.0] * len(places) for _ in places]
+        force: list[Any] = []
+        for i, k in enumerate(places):
+            port = form.stores[k]
+            force.append(port.sign * self.value(port.input))
+            if port.element.name not in form.massless and not self.graph.is_curve(port.element.name):
+                matrix[i][i] = self.graph.constant(port.element.name)
+        bias, weights = self._bias(), self.weights()
+        for port, weight in zip(form.followers, weights, strict=True):
+            gains = {at[k]: g for k, g in self.gain[port.input].items() if k in at}
+            self._check_shares(port)
+            for i, gain in gains.items():
+                momentum = weight * gain
+                force[i] = force[i] - momentum * bias.get(port.input, 0.0)
+                for j, other in gains.items():
+                    if j <= i:
+                        matrix[i][j] = matrix[i][j] + momentum * other
+        return matrix, force
+
+    def _check_shares(self, port: PortBond) -> None:
+        """Refuses a follower that follows resistors, or other followers: its numbers make more of it than its strokes.
+
+        Their shares cancel by the structure: power is kept, so that what one side gives the other takes back.
+        """
+        first, last = len(self.form.stores), len(self.form.stores) + len(self.form.acting)
+        cancelling = {first + k for k, p in enumerate(self.form.acting) if p.element.kind == "R"}
+        on = [k for k in self.form.support[port.input] if k >= last or k in cancelling]
+        shares = {k: self.gain[port.input].get(k, 0.0) for k in on}
+        most = max((abs(g) for g in self.gain[port.input].values() if isinstance(g, float)), default=0.0)
+        for k, share in shares.items():
+            if isinstance(share, float) and abs(share) > _CANCELLED * most:
+                other = self.form.followers[k - last] if k >= last else self.form.acting[k - first]
+                where, leads = (self.graph.where(p.element.name) for p in (port, other))
+                raise GraphError(f"{where} follows {leads}, which depends on it at the same instant: put a C or I between")
+
+    def weights(self) -> list[Any]:
+        """The inertia or compliance of every follower at its own momentum or displacement."""
+        if self._weighed is None:
+            self._weighed = [
+                1 / self._slopes(p, self.followed(k))[-1]
+                if k in self.dynamics.bending
+                else self.graph.constant(p.element.name)
+                for k, p in enumerate(self.form.followers)
+            ]
+        return self._weighed
+
+    def followed(self, k: int) -> Any:
+        """The momentum or displacement of a follower; of a field's port, of the store that stands for it."""
+        port = self.form.followers[k]
+        return self.inverse(port, self.value(port.input))
+
+    def following(self) -> dict[str, Any]:
+        """The momentum or displacement of every follower, by the name that it would have as a state."""
+        form = self.form
+        by_name = dict(zip(map(form.state_name, form.stores), self.state, strict=False))
+        by_name |= {form.state_name(port): self.followed(k) for k, port in enumerate(form.followers)}
+        for name, ties in reversed([*form.ties.items()]):  # the store is y_d + sum T y of the ports that are tied to it
+            letter = "p" if self.graph.elements[name].kind == "I" else "q"
+            for other, tie in ties:
+                share = self.graph.constant(tie) * (-1.0 if letter == "p" else 1.0)
+                by_name[f"{letter}_{name}"] = by_name[f"{letter}_{name}"] - share * by_name[f"{letter}_{other}"]
+        return {form.state_name(port): by_name[form.state_name(port)] for port in form.followers}
+
+    def inverse(self, port: PortBond, output: Any) -> Any:
+        """The momentum (displacement) at which a store gives a flow (effort)."""
+        name, law = port.element.name, port.element.law
+        output = port.sign * output if port.element.kind == "I" else output
+        if not self.graph.is_curve(name):
+            return self.graph.constant(name) * output
+        assert isinstance(law, Function)
+        own = law.of.index(self.graph.own(name) or "")
+
+        def equation(values: list[Any]) -> Balance:
+            value, partials = self._partials(law, name, values[0])
+            return [value - output], [[partials[own]]]
+
+        try:  # from where its tangent at 0 leads, whatever its scale
+            with np.errstate(all="ignore"):
+                at_rest, partials = self._partials(law, name, 0.0 * output)
+                near = (output - at_rest) / partials[own]
+        except (GraphError, ArithmeticError):
+            near = np.inf
+        return settle(equation, 1, np.shape(output), self.graph.where(name), [near] if np.all(np.isfinite(near)) else None)[
+            0
+        ]
+
+    def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+        """The rate of the input of every follower, and its weight."""
+        bias = self._bias()
+        for port, weight in zip(self.form.followers, self.weights(), strict=True):
+            gains = self.gain[port.input].items()
+            yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
+
+    def _bias(self) -> dict[int, Any]:
+        """The rate by varying moduli and sources of the inputs of followers, and of all variables that these follow from."""
+        if self._biased is not None:
+            return self._biased
+        steps = [self.form.steps[k] for k in self.dynamics.varying]
+        needed = {v for step in steps for v in sources(step)} | {p.input for p in self.form.followers}
+        bias: dict[int, Any] = {}
+        for port in self.form.acting:
+            if port.output in needed and port.element.kind in SOURCES:
+                bias[port.output] = self._rate_of_source(port.element.name)
+        for step in steps:
+            if step.terms is not None:
+                rates = [self._ratio(ratio) * bias.get(v, 0.0) for v, ratio in step.terms]
+                rates += [self._ratio_rate(ratio) * self.value(v) for v, ratio in step.terms if not constant(ratio)]
+                bias[step.unknown[0]] = total(rates)
+            else:
+                right = []
+                for relation in step.relations:
+                    varying = total(
+                        -sign * self._ratio_rate(ratio) * self.value(v)
+                        for v, ratio, sign in relation.terms
+                        if not constant(ratio)
+                    )
+                    summands = [term for term in relation.terms if term[0] not in step.unknown]
+                    right.append(
+                        [varying + total(-sign * self._ratio(ratio) * bias.get(v, 0.0) for v, ratio, sign in summands)]
+                    )
+                solution = solve(self._matrix(step), right)
+                for row, variable in enumerate(step.unknown):
+                    bias[variable] = solution[row][0]
+        self._biased = bias
+        return bias
+
+
+def by_rows(called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
+    """A law at numbers or arrays; one that branches, or uses functions of plain numbers, at one state after the other."""
+    try:
+        return called(*arguments)
+    except (TypeError, ValueError):
+        if not any(isinstance(a, np.ndarray) for a in arguments):
+            raise
+    shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
+    rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
+    values = np.array([called(*row) for row in rows], dtype=float)
+    return tuple(c.reshape(shape) for c in values.reshape(-1, results).T) if results else values.reshape(shape)
+
+
+def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
+    return Here(q, position(q, np, anchor), np)
 
 
 _NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
@@ -570,6 +652,17 @@ class Dynamics:
     motions refer to (by name). Where inertias lie behind modulated transformers only, the flow before these is the state
     (`f_` and the 1-junction's name).
 
+    Attributes:
+        graph, signals, form: the graph, its signals as functions of time, and its formulation.
+        state: names and numbers of the states.
+        moduli: varying ratios, and the two-ports' names.
+        owner_of: displacement -> flow variable; displacement_of: 1-junction -> displacement.
+        iterated: groups of ports whose laws are no straight lines in what they give.
+        closed: variables of loops and followers of constants -> gains, rounded once.
+        bending: places of followers whose own displacement or momentum is found by iteration.
+        weighed: places of stores that others follow, or that have no inertia of their own.
+        varying: places of the steps whose rates the followers need.
+
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 2.0), C("spring", stiffness=8.0))
     >>> dynamics = Dynamics(b.build())
@@ -586,10 +679,66 @@ class Dynamics:
         self.graph = graph = as_graph(graph)
         self.signals = _checked_signals(graph, signals or {})
         self.form = Formulation(graph) if formulation is None else formulation
-        self.tables = tables(self.form, self.signals)
-        names = [self.form.state_name(p) for p in self.form.stores]
-        names += [d.name for d in self.form.displacements]
-        self.state = StateLayout(tuple(names), len(self.form.stores), len(self.form.displacements))
+        form = self.form
+        names = [*map(form.state_name, form.stores), *(d.name for d in form.displacements)]
+        self.state = StateLayout(tuple(names), len(form.stores), len(form.displacements))
+        laws = {id(e.law): e.name for e in form.graph.elements.values() if e.law is not None}
+        moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
+        self.moduli = tuple((ratio, laws[key]) for key, ratio in moduli.items())
+        self.owner_of = {d.name: form.variable(d.of) for d in form.displacements}
+        self.displacement_of = {d.of: d.name for d in reversed(form.displacements)}
+        self.iterated = tuple(group for group in form.groups if self._bends(group))
+        self.closed = exact_gains(form)
+        self.bending = frozenset(k for k, p in enumerate(form.followers) if form.graph.is_curve(p.element.name))
+        self.weighed = form.weighed
+        self.varying = form.upstream({p.input for p in form.followers})
+        self._check_rates()
+
+    def _bends(self, group: OutputGroup) -> bool:
+        """True if outputs are found by iteration: a curve in a loop, or one that is asked for its inverse."""
+        form, ports = self.form, group.ports
+        curved = [p for p in ports if form.graph.is_curve(p.element.name)]
+        moving = [p for p in ports if isinstance(p.element.law, Law)]
+        if group.loop and moving:
+            where = form.graph.title(moving[0].element.name)
+            raise GraphError(f"{where} depends on a flow without inertia: give it as a resistor, or add inertia")
+        reads = [p for p in ports if any(form.read(p, name) is not None for name in getattr(p.element.law, "of", ()))]
+        if all(isinstance(p.element.law, Function) and p.element.law.is_affine for p in {*curved, *reads}):
+            return False
+        return (
+            bool(curved or reads) if group.loop else any(not form.graph.is_native(p.element.name, p.gives) for p in curved)
+        )
+
+    def _check_rates(self) -> None:
+        """Refuses a modulus whose rate a follower needs, and that varies with what a follower gives."""
+        form, graph = self.form, self.form.graph
+        last = len(form.stores) + len(form.acting)
+        needed = {id(r) for k in self.varying for r in ratios(form.steps[k])}
+        settled = {p.output for p in form.stores}
+        for ratio, name in self.moduli:
+            for displacement in graph.depends_on(name):
+                read = graph.reading(displacement)
+                if read is not None and read[0] in "fe":
+                    if (form.flow if read[0] == "f" else form.effort)[read[1]] not in settled:
+                        raise GraphError(
+                            f"{graph.where(name)} reads {displacement}, which no store gives from its state: a modulus may "
+                            "read such alone"
+                        )
+                    if id(ratio) in needed:
+                        follower = next(p for p in form.followers if name in form.through(p.input))
+                        raise GraphError(
+                            f"{graph.where(name)}: the rate of {displacement} is needed, for a store follows by it, "
+                            f"{graph.where(follower.element.name)}: let it read a displacement or a signal, or put a spring "
+                            "between"
+                        )
+                if id(ratio) not in needed:
+                    continue
+                on = form.support[self.owner_of[displacement]] if displacement in self.owner_of else ()
+                if any(k >= last for k in on):
+                    raise GraphError(
+                        f"{graph.where(name)} varies with {displacement}, whose rate a store in derivative causality gives: "
+                        f"attach an I or R to {form.name_of(self.owner_of[displacement])}"
+                    )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.graph, self.signals)
@@ -599,19 +748,19 @@ class Dynamics:
 
         `anchors` gives, by 1-junction, the displacement in the middle of the smooth piece that laws of motion are in.
         """
-        return Walk(self.tables, t, state, anchors or {}).instant()
+        return Walk(self, t, state, anchors or {}).instant()
 
     def stored(self, port: PortBond, value: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         if port.element.name in self.form.massless:
             return value
-        return float(Walk(self.tables, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, value))
+        return float(Walk(self, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, value))
 
     def branches(self, state: Sequence[float]) -> Iterator[str]:
         """Yields a line for each loop of resistors whose laws have several solutions at a state, and the one kept."""
-        walk = Walk(self.tables, 0.0, state, {})
-        for group in self.tables.iterated:
-            ports = [self.form.acting[k] for k in group.members]
+        walk = Walk(self, 0.0, state, {})
+        for group in self.iterated:
+            ports = group.ports
             kept = [walk.outputs[self.form.column[p.output]] for p in ports]
             roots = solutions(lambda values, ports=ports: walk._residual(ports, values), len(ports))  # type: ignore[misc]
             walk._residual(ports, kept)
@@ -631,12 +780,12 @@ class Dynamics:
     @cached_property
     def rates(self) -> Rates:
         """(t, *state, *anchors) -> rates of the state, recorded as straight-line code; of many linear ones a matrix."""
-        if self.tables.bending:
+        if self.bending:
             return self._evaluated
         if len(self.state.names) >= MANY and self.linear is not None:
             matrix, constant, _ = self.linear
             return lambda t, *values: (matrix @ np.array(values) + constant).tolist()
-        groups = self.tables.iterated
+        groups = self.iterated
         if not groups:
             return self._recorded(Walk.rates)
         balances = [self._recorded(_flat, k + 1, k) for k in range(len(groups))]
@@ -646,14 +795,13 @@ class Dynamics:
         def iterated(t: Any, *values: Any) -> tuple[Any, ...]:
             outputs: tuple[Any, ...] = ()
             for k, group in enumerate(groups):
-                size, balance, before = len(group.members), balances[k], outputs
+                size, balance, before = len(group.ports), balances[k], outputs
 
                 def equations(trial: list[Any]) -> Balance:
                     rest = balance(t, *values, *before, *trial)  # noqa: B023 - called at once
                     return list(rest[:size]), [list(rest[size * j : size * (j + 1)]) for j in range(1, size + 1)]  # noqa: B023
 
-                ports = [self.form.acting[k] for k in group.members]
-                settled = settle(equations, size, (), loop_name(self.graph, ports), last[k])
+                settled = settle(equations, size, (), loop_name(self.graph, group.ports), last[k])
                 last[k], outputs = settled, (*outputs, *settled)
             return rates(t, *values, *outputs)
 
@@ -665,11 +813,11 @@ class Dynamics:
 
         A is that of the graph without its sources, so that no digit of it is lost.
         """
-        if self.tables.bending or not all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
+        if self.bending or not all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
             return None
         size = len(self.state.names)
-        constant = Walk(self.tables, 0.0, [0.0] * size, {}).rates()
-        rows = [np.broadcast_to(row, size) for row in Walk(self.tables, 0.0, list(np.eye(size)), {}, still=True).rates()]
+        constant = Walk(self, 0.0, [0.0] * size, {}).rates()
+        rows = [np.broadcast_to(row, size) for row in Walk(self, 0.0, list(np.eye(size)), {}, still=True).rates()]
         matrix = np.array(rows, dtype=float).reshape(size, size)
         return matrix, np.array(constant, dtype=float), float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0))
 
@@ -677,19 +825,19 @@ class Dynamics:
         """The rates, walked anew at every state."""
         count = len(self.state.names)
         anchors = dict(zip(self.anchored, values[count:], strict=True))
-        return tuple(Walk(self.tables, t, values[:count], anchors).rates())
+        return tuple(Walk(self, t, values[:count], anchors).rates())
 
     def _recorded(self, what: Callable[[Walk], Sequence[Any]], groups: int = 0, stop: int | None = None) -> Rates:
         """The results of a walk as straight-line code of (t, *state, *anchors, *outputs of the first iterated groups)."""
         count, recorder = len(self.state.names), Recorder()
-        sizes = [len(g.members) for g in self.tables.iterated[:groups]]
+        sizes = [len(g.ports) for g in self.iterated[:groups]]
         t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + sum(sizes)))
         anchors = dict(zip(self.anchored, values[count:], strict=False))
         inputs, first = [], count + len(self.anchored)
         for size in sizes:
             inputs.append(values[first : first + size])
             first += size
-        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, inputs, stop))).function("math")
+        return recorder.program(what(Walk(self, t, values[:count], anchors, inputs, stop))).function("math")
 
 
 def _flat(walk: Walk) -> list[Any]:

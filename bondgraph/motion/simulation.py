@@ -24,10 +24,9 @@ from bondgraph.graph import BondGraph, as_graph
 from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
-from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.dynamics import Dynamics, GraphInstant, Walk
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Event, Switched, SwitchedMotion, dry_resistors
-from bondgraph.motion.walk import GraphInstant, Walk
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
@@ -157,7 +156,7 @@ class Run:
         if displacement is None and self.trip is None:
             times = self._times(t)
             _, state, anchors = self._looked_at(times, stepping.owners(self.stretches, times))
-            following = Walk(self.dynamics.tables, times, list(state), anchors).following()
+            following = Walk(self.dynamics, times, list(state), anchors).following()
             key = next((key for key in following if key[0] == "q" and name in (key, key[2:])), None)
             displacement = self._shaped(following[key], times) if key else None
         if displacement is None:
@@ -424,7 +423,7 @@ class _Stepper:
 
         Equal steps would miss such a place, or reach it after a million steps.
         """
-        if not self.dynamics.tables.moduli:
+        if not self.dynamics.moduli:
             return
         method, start, budget = self.method, self.start, self.budget
         self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
@@ -630,7 +629,7 @@ class _Stepper:
         if not least[-1, 0] < _NO_INERTIA * least[:-1, 0].max():
             return None
         form = self.dynamics.form
-        weakest = form.stores[self.dynamics.tables.weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
+        weakest = form.stores[self.dynamics.weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
         places = zip(form.displacements, state[self.dynamics.state.stores :], strict=True)
         return form.name_of(weakest), ", ".join(f"{d.name} = {value:.9g}" for d, value in places) or f"t = {t:.9g} s"
 
@@ -638,15 +637,15 @@ class _Stepper:
         """The mass matrix at a state; not a number where a law is not defined."""
         try:
             with np.errstate(all="ignore"):
-                lower, _ = Walk(self.dynamics.tables, t, state.tolist(), {}).mass_and_force()
+                lower, _ = Walk(self.dynamics, t, state.tolist()).mass_and_force()
         except (ValueError, ArithmeticError, TypeError):
-            return np.full((len(self.dynamics.tables.weighed),) * 2, np.nan)
+            return np.full((len(self.dynamics.weighed),) * 2, np.nan)
         below = np.tril(np.array(lower, dtype=float))
         return np.asarray(below + np.tril(below, -1).T)
 
     def _rounded_away(self) -> bool:
         """Tests whether the least inertia at the start is an effect of rounding of the displacements."""
-        if not (self.dynamics.tables.moduli and self.dynamics.tables.weighed):
+        if not (self.dynamics.moduli and self.dynamics.weighed):
             return False
         nearby = [self.start, *self._beside(self.start, 4.0 * np.finfo(float).eps * np.abs(self.start))]
         least = [float(np.linalg.det(self._inertia(0.0, state))) for state in nearby]
@@ -739,7 +738,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             faults.append(_no_state(dynamics, name))
     refuse(faults)
     for junction, value in flows.items():
-        led, gain = form.flow_state(junction), Walk(dynamics.tables, 0.0, start.tolist(), {}, acts=False).gain
+        led, gain = form.flow_state(junction), Walk(dynamics, 0.0, start.tolist(), {}, acts=False).gain
         assert led is not None
         port, share = form.stores[led], gain[form.variable(junction)][led]
         if form.graph.coupled(port.element.name):
@@ -749,7 +748,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
                 f"initial {junction!r}: its flow is 0 at the start, whatever {names[led]} is: give {names[led]}"
             )
         start[led] = dynamics.stored(port, value / share)
-    walk = Walk(dynamics.tables, 0.0, start.tolist(), {}) if following else None
+    walk = Walk(dynamics, 0.0, start.tolist()) if following else None
     for place, (name, value) in following.items():
         port = form.followers[place]
         leads, due = form.follows[port.element.name], float(walk.following()[form.state_name(port)]) if walk else 0.0
@@ -818,7 +817,7 @@ def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
     assert k is not None
     if form.graph.coupled(form.stores[k].element.name):
         return None
-    gain = Walk(dynamics.tables, 0.0, [0.0] * len(dynamics.state.names), {}).gain[form.variable(junction)][k]
+    gain = Walk(dynamics, 0.0, [0.0] * len(dynamics.state.names)).gain[form.variable(junction)][k]
     return (k, float(gain)) if gain else None
 
 
@@ -829,7 +828,7 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
     inertia or compliance with those that follow it; one of a curved law the least power of two with |e(q) q|/2 >= E (an
     inertia: |f(p) p|/2); a declared displacement what these flows make of it in the time of the run.
     """
-    walk, form = Walk(dynamics.tables, times, list(states), anchors), dynamics.form
+    walk, form = Walk(dynamics, times, list(states), anchors), dynamics.form
     with np.errstate(all="ignore"):
         instant, passed, stored = walk.instant(), np.zeros(times.shape), np.zeros(times.shape)
         for port in form.ports:
@@ -845,7 +844,7 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
                 passed = passed + np.abs(power)
         energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
         matrix, _ = walk.mass_and_force()
-    weights = {k: float(np.max(matrix[i][i])) for i, k in enumerate(dynamics.tables.weighed)}
+    weights = {k: float(np.max(matrix[i][i])) for i, k in enumerate(dynamics.weighed)}
     greatest, scales = [], []
     for k, port in enumerate(form.stores):
         curved = form.graph.is_curve(port.element.name)
@@ -853,7 +852,7 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
         weight = max(weights.get(k, own), 1e-300)
         if curved:
             # the least power of two at which a store of a curved law holds an energy
-            trial, stretch, taken = Walk(dynamics.tables, 0.0, states[:, 0].tolist(), {}), 2.0**-100, 0.0
+            trial, stretch, taken = Walk(dynamics, 0.0, states[:, 0].tolist()), 2.0**-100, 0.0
             while taken < energy and stretch < 2.0**100:
                 stretch *= 2.0
                 try:
@@ -866,6 +865,6 @@ def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapp
         greatest.append(float(np.max(np.abs(walk.outputs[k]))) if curved else math.sqrt(2.0 * energy / weight))
     greatest += [float(np.max(np.abs(z))) if z is not None else 0.0 for z in walk.outputs[len(form.stores) :]]
     for displacement in form.displacements:
-        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
+        gains = walk.gain[dynamics.owner_of[displacement.name]]
         scales.append(float(times[-1]) * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items()))
     return np.array(scales)

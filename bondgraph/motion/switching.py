@@ -28,9 +28,8 @@ from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, re
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion import stepping
 from bondgraph.motion.algebra import Balance, settle
-from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.dynamics import Dynamics, Walk
 from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
-from bondgraph.motion.walk import Walk
 
 Array = NDArray[np.float64]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
@@ -167,7 +166,7 @@ class SwitchedMotion:
             for owner in np.unique(owners[mine]):
                 here = owners[mine] == owner
                 values[:, here] = self.stretches[owner].dense(times[mine][here])
-            walk = Walk(dynamics.tables, times[mine], list(values), {})
+            walk = Walk(dynamics, times[mine], list(values))
             instant = walk.instant()
             for number in bonds:
                 flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
@@ -279,7 +278,7 @@ class Switched:
     def contents(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
         """The momentum or displacement of every store, and every further state, by name."""
         dynamics = self.dynamics(at)
-        following = Walk(dynamics.tables, t, list(state), {}).following()
+        following = Walk(dynamics, t, list(state)).following()
         return dict(zip(dynamics.state.names, map(float, state), strict=True)) | {n: float(x) for n, x in following.items()}
 
     def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
@@ -298,7 +297,7 @@ class Switched:
 
         def balance(shares: list[float]) -> Balance:
             values = [share * unit for share, unit in zip(shares, scale, strict=True)]
-            walk = Walk(dynamics.tables, t, [*values, *rest], {})
+            walk = Walk(dynamics, t, [*values, *rest])
             outputs = [walk.output_slopes(k) for k in range(size)]
             residuals = [own[k] * (values[k] - before[k]) for k in range(size)]
             slopes = [[own[i] if i == j else 0.0 for j in range(size)] for i in range(size)]
@@ -460,7 +459,7 @@ class Switched:
 
     def _field(self, dynamics: Dynamics, method: str) -> Callable[..., Any]:
         rates, size, plain = dynamics.rates, len(dynamics.state.names), method in PLAIN
-        anchors = [dynamics.state.names.index(dynamics.tables.displacement_of[j]) for j in dynamics.anchored]
+        anchors = [dynamics.state.names.index(dynamics.displacement_of[j]) for j in dynamics.anchored]
 
         def rates_of(t: float, values: Any) -> Any:
             self.evaluations += 1

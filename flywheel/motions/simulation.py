@@ -19,7 +19,7 @@ from bondgraph.elements import TIME, Element, GraphError, Here, Law, Modulus
 from bondgraph.elements import Motion as Position
 from bondgraph.graph import BondGraph
 from bondgraph.motion import runge_kutta
-from bondgraph.motion.dynamics import Formulation
+from bondgraph.motion.formulation import Formulation
 from bondgraph.motion.simulation import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST

@@ -34,8 +34,8 @@ from bondgraph import (
 )
 from bondgraph.elements import exact
 from bondgraph.motion.algebra import solve_symmetric
-from bondgraph.motion.dynamics import Formulation
-from bondgraph.twin import Names, clean, numeric_function, twin
+from bondgraph.motion.formulation import Formulation
+from bondgraph.twin import Names, Twin, clean, numeric_function
 from examples.bond_graphs.planar import Bar, four_bar
 from tests.extras import extra
 from tests.limits import sample
@@ -564,7 +564,7 @@ def press(law=lambda theta, u, k: k * u * np.sin(theta)):
 
 def test_the_twin_has_the_graphs_structure_with_a_symbol_for_every_number():
     graph = press()
-    result = twin(graph)
+    result = Twin(graph)
     assert result.graph.bonds == graph.bonds
     assert {str(s): v for s, v in result.values.items()} == {"J": 3.0, "k": 2.0}
     assert {name: str(s) for name, s in result.own.items()} == {"J": "J"}
@@ -575,7 +575,7 @@ def test_the_twin_has_the_graphs_structure_with_a_symbol_for_every_number():
 
 def test_a_law_that_is_no_formula_is_named_with_its_bond():
     with pytest.raises(GraphError, match=r"MSe:M \(bond 2\): cannot be written as a formula"):
-        twin(press(lambda theta: 1.0 if theta > 0 else 0.0))
+        Twin(press(lambda theta: 1.0 if theta > 0 else 0.0))
 
 
 def test_names_are_handed_out_once_as_identifiers():

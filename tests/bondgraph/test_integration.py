@@ -28,7 +28,7 @@ from bondgraph import (
     reach,
 )
 from bondgraph.motion.algebra import settle, solve, solve_symmetric
-from bondgraph.motion.dynamics import Formulation
+from bondgraph.motion.formulation import Formulation
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, at, method
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Step, adaptive, fixed, runge_kutta_step, through_breaks
 from bondgraph.numerics import summits
