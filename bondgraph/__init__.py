@@ -46,8 +46,9 @@ if TYPE_CHECKING:
     from bondgraph.linear import Linear, Mode, Reach, equilibrium, linearize, reach
     from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
-    from bondgraph.motion.simulation import Run, simulate
-    from bondgraph.motion.switching import Event, mode
+    from bondgraph.motion.run import Event, Run
+    from bondgraph.motion.simulation import simulate
+    from bondgraph.motion.switching import mode
     from bondgraph.reduction import Reduced, Reduction, reduce
     from bondgraph.rules import (
         Action,
@@ -81,8 +82,9 @@ _NAMES = {
     "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation to_modelica",
     "linear": "Linear Mode Reach equilibrium linearize reach",
     "motion.audit": "Audit",
-    "motion.simulation": "Run simulate",
-    "motion.switching": "Event mode",
+    "motion.run": "Event Run",
+    "motion.simulation": "simulate",
+    "motion.switching": "mode",
     "motion.dynamics": "Dynamics",
     "storage": "as_data from_data load save",
     "words": "WordGraph",

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, f
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion.dynamics import Dynamics, Walk
 from bondgraph.motion.formulation import PortBond
+from bondgraph.motion.stepping import field_of
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
@@ -336,7 +338,7 @@ def equilibrium(
 
     """
     dynamics = Dynamics(graph, signals)
-    names, at = dynamics.state.names, _field(dynamics)
+    names, at = dynamics.state.names, partial(field_of(dynamics.within()), 0.0)
     start = dict.fromkeys(names, 0.0) | {d.name: float(d.initial) for d in dynamics.form.displacements}
     refuse(f"near {name!r}: no such state; they are {', '.join(names)}" for name in near or {} if name not in names)
     state = np.array([(start | dict(near or {}))[name] for name in names])
@@ -400,20 +402,6 @@ def _kept(rates: Array) -> Array:
     return np.asarray(left[:, int(np.sum(shares > _SUMS * shares.max(initial=0.0))) :].T)
 
 
-def _field(dynamics: Dynamics) -> Callable[[Array], Array]:
-    """The rates at t = 0 as a function of the state; not a number where a law is not defined."""
-    names, rates = dynamics.state.names, dynamics.rates
-    anchors = [names.index(dynamics.displacement_of[j]) for j in dynamics.anchored]
-
-    def at(values: Array) -> Array:
-        try:
-            return np.array(rates(0.0, *values.tolist(), *values[anchors].tolist()), dtype=float)
-        except (GraphError, ValueError, ArithmeticError):
-            return np.full(values.size, np.nan)
-
-    return at
-
-
 def _differences(at: Callable[[Array], Array], state: Array) -> Array:
     """The slopes of the rates by differences: of every step, to both sides, (steps, 2, rates, states)."""
     slopes, rest = np.empty((_STEPS.size, 2, state.size, state.size)), at(state)
@@ -467,7 +455,7 @@ def linearize(
 
     graph = as_graph(graph)
     dynamics = Dynamics(graph, signals)
-    names, rates_of = dynamics.state.names, _field(dynamics)
+    names, rates_of = dynamics.state.names, partial(field_of(dynamics.within()), 0.0)
     try:
         point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
     except GraphError as error:

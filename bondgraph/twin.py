@@ -91,7 +91,7 @@ class Twin:
         self.plain: dict[Any, Any] = {}
         values = {named[name]: value for name, value in graph.parameters.items() if value is not None}
         own: dict[str, Any] = {}
-        functions: dict[Any, Any] = {}
+        self.opaque: dict[Any, Any] = {}
         elements = {}
         for name, element in graph.elements.items():
             law = element.law
@@ -101,15 +101,15 @@ class Twin:
             elif isinstance(law, Modulus | Law):
                 law = self._of_motion(element, law)
             elif isinstance(law, Function):
-                law = self._function(element, law, functions if opaque else None)
+                law = self._function(element, law, opaque)
             elements[name] = element._replace(law=law)
         self.graph = SymbolicGraph(elements, graph.bonds, displaced, graph.signals, self.parameters)
         self.values = {self.finish(symbol): value for symbol, value in values.items()}
         self.own = {name: self.finish(symbol) for name, symbol in own.items()}
-        self.opaque = {self.finish(called): self.finish(e) for called, e in functions.items()}
+        self.opaque = {self.finish(called): self.finish(e) for called, e in self.opaque.items()}
 
-    def _function(self, element: Element, law: Function, opaque: dict[Any, Any] | None) -> Function:
-        """A law as an expression; of a modulus that varies the function that stands for it in `opaque`, if there is one."""
+    def _function(self, element: Element, law: Function, opaque: bool) -> Function:
+        """A law as an expression; of a modulus that varies, if it is to be opaque, a function."""
         import sympy  # type: ignore[import-untyped]
 
         try:
@@ -117,14 +117,14 @@ class Twin:
         except GraphError as error:
             raise GraphError(f"{self.source.where(element.name)}: {error}") from error
         symbols = {**self.places, **self.parameters}
-        meant = expression.xreplace({s: symbols.get(s.name, s) for s in expression.free_symbols})
         varying = tuple(n for n in law.of if n not in self.source.parameters)
+        if varying and not (opaque and element.kind in ("TF", "GY") and symbols.keys() >= {*varying}):
+            return Function(expression, law.of, law.of)  # what reads flows or efforts is a formula, whatever is wanted
+        meant = expression.xreplace({s: symbols[s.name] for s in expression.free_symbols})
         if not varying:
             return self._constant(element, meant)
-        if opaque is None or element.kind not in ("TF", "GY"):
-            return Function(expression, law.of, law.of)
         called = sympy.Function(self.names.free(element.name, element.kind))
-        opaque[called(*(self.places[name] for name in varying))] = meant
+        self.opaque[called(*(self.places[name] for name in varying))] = meant
         return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
 
     def _constant(self, element: Element, value: Any) -> Function:

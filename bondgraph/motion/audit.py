@@ -59,10 +59,11 @@ class Auditor:
         self.displacement_of = dynamics.displacement_of
         self.flows = {number: filled(value, self.shape) for number, value in at.flows.items()}
         self.efforts = {number: filled(value, self.shape) for number, value in at.efforts.items()}
-        self.places: dict[str, Any] = {TIME: self.times, **self.state}
-        self.places |= {name: signal(*[self.times] * len(signal.of)) for name, signal in dynamics.signals.items()}
+        self.places: dict[str, Any] = {}  # what laws read; declared names go before flows and efforts that are called so
         for letter, values in (("f", self.flows), ("e", self.efforts)):
-            self.places |= {f"{letter}_{name}": values[self.graph.at(name)[0].number] for name in self.graph.elements}
+            self.places |= {f"{letter}_{name}": values[graph.at(name)[0].number] for name in graph.elements}
+        self.places |= {TIME: times, **states}
+        self.places |= {name: signal(*[times] * len(signal.of)) for name, signal in dynamics.signals.items()}
 
     def law(self, name: str, own: Any = None) -> Array:
         """The value of an element's law, from its own quantity if it depends on that."""
@@ -128,10 +129,14 @@ class Auditor:
         value = stored / self.graph.constant(name) if linear else self.law(name, stored)
         return (value - into * flow) * effort if element.kind == "I" else (value - effort) * flow
 
+    def flow(self, name: str) -> Array:
+        """The flow into a one-port."""
+        bond = self.graph.bond_of(name)
+        return bond.sign(name) * self.flows[bond.number]
+
     def power(self, name: str) -> Array:
         """The power into a one-port."""
-        bond = self.graph.bond_of(name)
-        return bond.sign(name) * self.efforts[bond.number] * self.flows[bond.number]
+        return self.efforts[self.graph.bond_of(name).number] * self.flow(name)
 
 
 def audit(

@@ -9,6 +9,7 @@ computed once for a graph.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from numbers import Real
@@ -634,6 +635,7 @@ def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here
 _NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
 Array = NDArray[np.float64]
 Rates = Callable[..., tuple[Any, ...]]
+PlainRates = Callable[[float, Sequence[float]], Sequence[float]]
 
 
 class StateLayout(NamedTuple):
@@ -806,6 +808,22 @@ class Dynamics:
             return rates(t, *values, *outputs)
 
         return iterated
+
+    def within(self, anchors: Mapping[int, float] = MappingProxyType({})) -> PlainRates:
+        """(t, state) -> rates in plain numbers, within one smooth piece; not a number where a law is not defined.
+
+        `anchors` gives, by a displacement's place in the state, the middle of the piece; else laws switch where they are.
+        """
+        rates, undefined = self.rates, (math.nan,) * len(self.state.names)
+        places = [self.state.names.index(self.displacement_of[junction]) for junction in self.anchored]
+
+        def at(t: float, values: Sequence[float]) -> Sequence[float]:
+            try:
+                return rates(t, *values, *[anchors.get(k, values[k]) for k in places]) if places else rates(t, *values)
+            except (ValueError, ArithmeticError, TypeError):
+                return undefined
+
+        return at
 
     @cached_property
     def linear(self) -> tuple[Array, Array, float] | None:

@@ -10,30 +10,29 @@ checked over the run: stored - stored at the start + dissipated - supplied.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import ONE_PORTS, TIME, GraphError, refuse
+from bondgraph.elements import TIME, GraphError, refuse
 from bondgraph.graph import BondGraph, as_graph
-from bondgraph.motion import runge_kutta, stepping
+from bondgraph.motion import stepping
 from bondgraph.motion.algebra import WEIGHTLESS
-from bondgraph.motion.audit import Audit, Auditor, audit, filled, lost_heat
-from bondgraph.motion.dynamics import Dynamics, GraphInstant, Walk
+from bondgraph.motion.audit import filled, lost_heat
+from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
+from bondgraph.motion.run import Run, difference, rounding
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
-from bondgraph.motion.switching import Event, Switched, SwitchedMotion, dry_resistors
+from bondgraph.motion.switching import Switched, dry_resistors
 from bondgraph.numerics import count, counting
 
 Array = NDArray[np.float64]
 
 _LOOSE = 1e-5  # of what is asked: down to it order 5 takes less work than order 8
 _PLAIN_PILOT, _FIRST_LOOSE = 1e-3, 0.02  # of explicit steps, and of those of order 5, for stepping.PILOT and stepping.FIRST
-_MOST_COMPARED = 20_000  # steps at which they are
 _FIXED_RATIO = 0.382  # of the shorter step that a fixed one is compared with: no simple part of it, so that no load hides
 _LEAST_STEPS = 400  # steps of a run whose loads vary, at least
 _SAMPLES = 400  # times at which a run's powers are summed up
@@ -55,175 +54,6 @@ _BESIDE = 0.01  # of a displacement and of 1: how far beside a position the iner
 
 _AUDITED, _AUDITED_ROUGHLY = 1e-6, 100.0  # what an audit may find by default, and that as a multiple of rtol
 _BALANCED = 1e-9  # of the larger of both: a value given to a store that follows others
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Run:
-    """A simulated motion.
-
-    Attributes:
-        t: times of the steps, s.
-        error: error bound of the states, each relative to its greatest absolute value in the run (to what it would be with
-            all the energy of the run, where it stays at rounding: its energy below 2e-16 of the run's): twice the difference
-            to a run with longer steps and a looser tolerance, never less than the tolerance (fixed steps: to a run with
-            steps of 0.382 of the length).
-        rtol: the required one; None for fixed steps.
-        method: the method used; another than the required one if that one's steps were limited by modes that had long
-            decayed.
-        messages: notes on the method of the motion.
-        audit: the power audit.
-        evaluations: number of evaluations of the rates, all runs together.
-        events: where switched junctions and dry resistors changed: time, name, state after it (1, 0; -1 slides back).
-
-    """
-
-    dynamics: Dynamics
-    stretches: tuple[Step, ...]
-    anchors: tuple[Mapping[str, float], ...]
-    error: float
-    rtol: float | None
-    evaluations: int
-    method: str = ""
-    messages: tuple[str, ...] = ()
-    trip: SwitchedMotion | None = None
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Run, tuple(getattr(self, one.name) for one in fields(self))
-
-    def __repr__(self) -> str:
-        """The extent and error of the run, instead of every step."""
-        names, error = ", ".join(self._names) or "no state", f"error={self.error:.2g}"
-        return f"Run({len(self.stretches)} steps to t = {self.stretches[-1].end:g} s, {names}, {self.method}, {error})"
-
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """The changes of mode of a graph with switches, in turn."""
-        return () if self.trip is None else self.trip.events
-
-    @property
-    def _graph(self) -> BondGraph:
-        return self.dynamics.graph if self.trip is None else self.trip.switched.graph
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return self.dynamics.state.names if self.trip is None else self.trip.names
-
-    @property
-    def t(self) -> Array:
-        """Times of the steps, s."""
-        return np.array([self.stretches[0].start, *(s.end for s in self.stretches)])
-
-    @property
-    def ends(self) -> Array:
-        """The states after every step, a row each."""
-        if self.trip is not None:
-            return self._dense(self.t[1:], np.arange(len(self.stretches))).T
-        return np.array([s.after for s in self.stretches])
-
-    @property
-    def reached(self) -> bool:
-        """True if the estimated error is within the required rtol (with fixed steps there is none)."""
-        return self.rtol is None or self.error <= self.rtol
-
-    @cached_property
-    def audit(self) -> Audit:
-        """The power audit of the run."""
-        changed = [k for k in range(1, len(self.stretches)) if self.trip and self.trip.modes[k] != self.trip.modes[k - 1]]
-        return audit(self.stretches, self._auditor, changed)
-
-    @cached_property
-    def _plain(self) -> bool:
-        """True if all steps are explicit ones of one method."""
-        steps = [stretch.dense for stretch in self.stretches]
-        return all(isinstance(one, runge_kutta.MethodStep) for one in steps)
-
-    def states(self, t: Any = None) -> dict[str, Array]:
-        """Every state by name at times t (those of the steps if None)."""
-        times = self._times(t)
-        return dict(zip(self._names, self._dense(times, stepping.owners(self.stretches, times)), strict=True))
-
-    def flow(self, name: str, t: Any = None) -> Array:
-        """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
-        self._check_name(name)
-        times = self._times(t)
-        flows = self._looked_at(times, stepping.owners(self.stretches, times))[0].flows
-        return self._shaped(flows[self._graph.bond_of(name).number], times)
-
-    def displacement(self, name: str, t: Any = None) -> Array:
-        """A declared displacement, or a spring's own, which a spring has too that follows others."""
-        states = self.states(t)
-        displacement = states.get(name, states.get(f"q_{name}"))
-        if displacement is None and self.trip is None:
-            times = self._times(t)
-            _, state, anchors = self._looked_at(times, stepping.owners(self.stretches, times))
-            following = Walk(self.dynamics, times, list(state), anchors).following()
-            key = next((key for key in following if key[0] == "q" and name in (key, key[2:])), None)
-            displacement = self._shaped(following[key], times) if key else None
-        if displacement is None:
-            raise GraphError(f"no displacement {name!r}: the states are {', '.join(states)}")
-        return displacement
-
-    def effort(self, bond: int, t: Any = None) -> Array:
-        """The effort of a bond by its number."""
-        times = self._times(t)
-        efforts = self._looked_at(times, stepping.owners(self.stretches, times))[0].efforts
-        if bond not in efforts:
-            raise GraphError(f"no bond {bond}: the graph has bonds 1 to {len(efforts)}")
-        return self._shaped(efforts[bond], times)
-
-    def power(self, name: str, t: Any = None) -> Array:
-        """The power into a one-port (out of a source: negative)."""
-        self._check_name(name)
-        if self._graph.elements[name].kind not in ONE_PORTS:
-            raise GraphError(f"{self._graph.title(name)} is no one-port: it transmits power; name a one-port")
-        bond = self._graph.bond_of(name)
-        times = self._times(t)
-        here = self._looked_at(times, stepping.owners(self.stretches, times))[0]
-        return self._shaped(bond.sign(name) * here.efforts[bond.number] * here.flows[bond.number], times)
-
-    def _check_name(self, name: str) -> None:
-        if name not in self._graph.elements:
-            raise GraphError(f"no element {name!r}: the graph has {', '.join(self._graph.elements)}")
-
-    def _times(self, t: Any) -> Array:
-        times = self.t if t is None else np.atleast_1d(np.asarray(t, dtype=float))
-        outside = times[~((times >= self.t[0]) & (times <= self.t[-1]))]
-        if outside.size:
-            raise GraphError(f"found the time {outside[0]:g} s, expected one within 0 and {self.t[-1]:g} s")
-        return times
-
-    def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
-        if self.trip is not None:
-            return self.trip.states_flows_efforts(times, owners)[0]
-        steps = [stretch.dense for stretch in self.stretches]
-        if self._plain:
-            return runge_kutta.at(steps, owners, times)
-        values = np.empty((len(self.dynamics.state.names), times.size))
-        first = {id(dense): k for k, dense in reversed(list(enumerate(steps)))}  # several steps may share their dense output
-        owners = np.array([first[id(dense)] for dense in steps])[owners]
-        order = np.argsort(owners, kind="stable")
-        groups, firsts = np.unique(owners[order], return_index=True)
-        for owner, mine in zip(groups, np.split(order, firsts[1:]), strict=True):
-            dense = self.stretches[owner].dense
-            assert dense is not None  # only runs that are compared, and thrown away, go without
-            values[:, mine] = dense(times[mine])
-        return values
-
-    def _looked_at(self, times: Array, owners: NDArray[np.int_]) -> tuple[GraphInstant, Array, dict[str, Array]]:
-        """The graph at times, its states there, and the middles of their smooth pieces."""
-        if self.trip is not None:
-            states, flows, efforts = self.trip.states_flows_efforts(times, owners)
-            return GraphInstant(flows, efforts, [], {}), states, {}
-        state = self._dense(times, owners)
-        anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
-        return self.dynamics.at(times, list(state), anchors), state, anchors
-
-    def _auditor(self, times: Array, owners: NDArray[np.int_]) -> Auditor:
-        at, state, anchors = self._looked_at(times, owners)
-        return Auditor(self.dynamics, self._graph, times, dict(zip(self._names, state, strict=True)), anchors, at)
-
-    def _shaped(self, value: Any, times: Array) -> Array:
-        return np.array(np.broadcast_to(np.asarray(value, dtype=float), times.shape))
 
 
 def simulate(
@@ -282,13 +112,11 @@ def simulate(
         switched = Switched(graph, signals or {}, int(evaluations))
         begin = switched.begin(lambda dynamics: _start(dynamics, initial or {}))
         if step is None:
-            trip, error = switched.follow(begin, until, rtol, method)
+            run = switched.follow(begin, until, rtol, method)
         else:
             _check_count(method, step, until, int(evaluations))
-            trip, error = switched.stepped(begin, until, method, (step, _FIXED_RATIO * step))
-        first, goal = switched.dynamics(trip.modes[0]), rtol if step is None else None
-        run = Run(first, trip.stretches, ({},), error, goal, switched.evaluations, method, (), trip)
-        run = replace(run, error=max(error, _rounding(run)))
+            run = switched.stepped(begin, until, method, (step, _FIXED_RATIO * step))
+        run = replace(run, rtol=rtol if step is None else None, evaluations=switched.evaluations, method=method)
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
@@ -332,7 +160,7 @@ class _Stepper:
         self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self.most = np.zeros(start.size)
-        self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
+        self._rates({})(0.0, start.tolist())  # a state without rates is an error before anything is stepped
         if self.undefined is not None:
             why = self._undefined_reason()
             dead = self._dead_centre([], start, 0.0) if WEIGHTLESS in why else None
@@ -404,7 +232,7 @@ class _Stepper:
             self._rescale(looser)
             longest = min(longest, stepping.SHORTER * float(np.diff(looser.t).max()))
             run = self._run(tolerance, longest=longest, beside=None if self.method in ("BDF", "LSODA") else looser)
-            return run, max(2.0 * _difference(looser, run, self._scales(run)), _rounding(run))
+            return run, max(2.0 * difference(run, looser, self._scales(run)), rounding(run))
 
         patience = 2.0 if self.method == _THROUGH_DEAD_CENTRES else math.inf
         run, error = stepping.agreement(self._run(tolerance, longest=longest), tighter, rtol, tolerance, patience)
@@ -416,7 +244,7 @@ class _Stepper:
         _check_count(self.method, step, self.until, self.budget)
         shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
         self.most = self._energy_scales(shorter)
-        return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
+        return self._finished(run, max(2.0 * difference(run, shorter, self._scales(shorter)), rounding(run)), None)
 
     def _check_dead_centres(self) -> None:
         """Checks by a loose run whether a motion with varying inertia ends at a dead centre; at the start, from both sides.
@@ -468,7 +296,7 @@ class _Stepper:
     ) -> Run:
         """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
-        anywhere, taken, began = self._field({}), 0, self.evaluations
+        anywhere, taken, began = stepping.field_of(self._rates({})), 0, self.evaluations
         stretches: list[Step] = []
         within, lasts = dense or bool(self.breaks), [0.0]
         length: Callable[[float], float] | None = None
@@ -480,19 +308,17 @@ class _Stepper:
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Step]:
             nonlocal taken
-            last = float(np.nextafter(stop, 0.0))
-            field: Any = self._field(anchors, last)
+            rates = self._rates(anchors, float(np.nextafter(stop, 0.0)))
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
             if rtol is None:
-                made = fixed(self.method, field, t, state, stop, step)
+                made = fixed(self.method, rates, t, state, stop, step)
             elif self.method == _TAYLOR:
                 assert self.dynamics.linear is not None
                 tolerances = rtol * self.relative, rtol * self.scale
                 made = stepping.taylor(self.dynamics.linear, t, state, stop, tolerances, length or (lambda t: longest))
             else:
                 tolerances = rtol * self.relative, rtol * self.scale
-                plain: Any = self._rates(anchors, last) if self.method in PLAIN else field
-                made = adaptive(self.method, plain, t, state, stop, tolerances, longest, dense=within, length=length)
+                made = adaptive(self.method, rates, t, state, stop, tolerances, longest, dense=within, length=length)
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
@@ -508,7 +334,7 @@ class _Stepper:
                         if dead is not None:
                             raise _DeadCentreError(*dead, stretch.end)
                     if self.stiffness_checked:
-                        self._check_stiffness(field, stretch, mean_step, cost)
+                        self._check_stiffness(stepping.field_of(rates), stretch, mean_step, cost)
                 yield stretch
                 if self.evaluations > self.budget:
                     other = "DOP853" if self.method in ("RK23", "RK45") else "LSODA"
@@ -531,7 +357,8 @@ class _Stepper:
                 if dead is not None:
                     raise _DeadCentreError(*dead, last.end) from error
             raise type(error)(f"{error} ({why})" if why else str(error)) from error
-        return Run(self.dynamics, tuple(stretches), tuple(self.anchors), 0.0, rtol, 0)
+        modes = ((),) * len(stretches)
+        return Run(self.dynamics.graph, {(): self.dynamics}, tuple(stretches), modes, tuple(self.anchors))
 
     def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Step, step: float, cost: float) -> None:
         """Checks whether stability limits the steps, by a mode that has decayed long ago."""
@@ -570,36 +397,23 @@ class _Stepper:
         states = np.column_stack([self.start, *(run.stretches[k].after for k in some)])
         return energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
 
-    def _field(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Array], Array]:
-        """The rates within one piece, as `_rates` gives them, as a field of arrays for the integrators."""
-        rates = self._rates(anchors, last)
-        return lambda t, state: np.array(rates(t, state.tolist()))
-
-    def _rates(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Any], tuple[float, ...]]:
-        """The rates within one piece, in plain numbers; not a number where a law is not defined.
+    def _rates(self, anchors: Mapping[int, float], last: float = np.inf) -> PlainRates:
+        """The rates within one piece, counted.
 
         At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
         """
-        rates, size, finite = self.dynamics.rates, self.start.size, math.isfinite
-        places = {junction: k for k, junction in self.junctions.items()}
-        anchored = [places[junction] for junction in self.dynamics.anchored]
+        rates, finite, tallied = self.dynamics.within(anchors), math.isfinite, counting()
 
-        tallied = counting()
-
-        def rates_of(t: float, values: Any) -> tuple[float, ...]:
+        def counted(t: float, values: Sequence[float]) -> Sequence[float]:
             self.evaluations += 1
             if tallied:
                 count(1)
-            t = t if t < last else last
-            try:
-                slopes = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)
-            except (ValueError, ArithmeticError, TypeError):
-                slopes = (math.nan,) * size
+            slopes = rates(t if t < last else last, values)
             if not finite(sum(slopes)) and finite(sum(values)):
-                self.undefined = t, [*values], anchors
+                self.undefined = min(t, last), [*values], anchors
             return slopes
 
-        return rates_of
+        return counted
 
     def _undefined_reason(self) -> str:
         """The reason why the last evaluation gave no rates."""
@@ -682,20 +496,6 @@ def _check_count(method: str, step: float, until: float, budget: int) -> None:
             f"evaluations of the rates by {method}, {budget} are allowed: ask for a shorter time or longer steps; "
             "evaluations= allows more"
         )
-
-
-def _rounding(run: Run) -> float:
-    """The least error of the states by rounding, to which each step contributes."""
-    return float(4.0 * np.finfo(float).eps * math.sqrt(len(run.stretches)))
-
-
-def _difference(other: Run, run: Run, scale: Array) -> float:
-    """The greatest difference of two runs, at the ends of steps and within them, each state relative to its scale."""
-    starts, widths = run.t[:-1], np.diff(run.t)
-    some = slice(None, None, 1 + widths.size // _MOST_COMPARED)
-    times = np.minimum((starts[some, None] + widths[some, None] * stepping.WITHIN).ravel(), run.t[-1])
-    a, b = (np.array(list(each.states(times).values())) for each in (other, run))
-    return float(np.max(np.abs(a - b) / scale[:, None], initial=0.0))
 
 
 def _check_arguments(until: float, rtol: float, method: str, step: float | None, evaluations: int) -> None:

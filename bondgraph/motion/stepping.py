@@ -136,9 +136,14 @@ class Breaks(NamedTuple):
         return float(edges[place - 1]), float(edges[place])
 
 
+def field_of(rates: Rates) -> Field:
+    """Rates in plain numbers as a field of arrays."""
+    return lambda t, state: np.array(rates(t, state.tolist()), dtype=float)
+
+
 def adaptive(
     method: str,
-    field: Field,
+    rates: Rates,
     t: float,
     state: Array,
     until: float,
@@ -150,13 +155,13 @@ def adaptive(
 ) -> Iterator[Step]:
     """Steps of an adaptive method; `tolerance` is relative and, for every state, absolute; `longest` a step's, s.
 
-    `length` gives a step's longest by the time that it starts at, for methods of one step. Explicit steps of order 5 and 8
-    are taken in plain numbers, of a `field` that takes and gives tuples; the others are scipy's.
+    `rates` takes and gives plain numbers. `length` gives a step's longest by the time that it starts at, for methods of one
+    step. Explicit steps of order 5 and 8 are taken in plain numbers; the others are scipy's.
     """
     relative, absolute = max(tolerance[0], TIGHTEST), tolerance[1]
     if method in PLAIN:
         allowed = np.broadcast_to(absolute, state.shape).tolist()
-        runner = DormandPrince(field, t, state.tolist(), until, relative, allowed, method=PLAIN[method])
+        runner = DormandPrince(rates, t, state.tolist(), until, relative, allowed, method=PLAIN[method])
         while runner.t < until:
             start = runner.t
             runner.h = min(runner.h, longest, longest if length is None else length(start))
@@ -169,7 +174,7 @@ def adaptive(
     from scipy import integrate
 
     options: Any = {"max_step": longest, "rtol": relative, "atol": absolute}
-    solver: Any = getattr(integrate, method)(field, t, state, until, **options)
+    solver: Any = getattr(integrate, method)(field_of(rates), t, state, until, **options)
     stalled = 0
     while solver.status == "running":
         reached = float(solver.t)
@@ -212,9 +217,10 @@ def agreement(
     return run, error
 
 
-def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Step]:
+def fixed(method: str, rates: Rates, t: float, state: Array, until: float, step: float) -> Iterator[Step]:
     """Equal steps of a fixed-step method, the last one cut to end at `until`; Hermite's cubic between (Euler's a line)."""
-    tableau, rate = FIXED[method], field(t, state)
+    tableau, field = FIXED[method], field_of(rates)
+    rate = field(t, state)
     count = max(1, int(np.ceil((until - t) / step * (1.0 - 1e-12))))
     origin = t
     for k in range(count):

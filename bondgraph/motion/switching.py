@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,12 @@ from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, re
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion import stepping
 from bondgraph.motion.algebra import Balance, settle
-from bondgraph.motion.dynamics import Dynamics, Walk
-from bondgraph.motion.stepping import PLAIN, Events, Step, adaptive, crossing, fixed
+from bondgraph.motion.audit import Auditor
+from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
+from bondgraph.motion.run import Event, Mode, Run, difference, rounding
+from bondgraph.motion.stepping import Events, Step, adaptive, crossing, fixed
 
 Array = NDArray[np.float64]
-Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
 
 _ON, _DRY = {0: "off", 1: "on"}, {0: "at rest", 1: "sliding", -1: "sliding back"}
 _TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
@@ -43,14 +44,6 @@ _NOTHING = 1e-12  # of the greatest value so far: closer to its change a conditi
 _AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
 _MOST_EVENTS = 20_000
 _LEAST_STEPS = 400  # of a run whose laws vary with time or displacements
-
-
-class Event(NamedTuple):
-    """A change of mode: its time (s), the switched junction or dry resistor, and its state after it (1, 0; -1 backwards)."""
-
-    time: float
-    name: str
-    on: int
 
 
 def mode(graph: BondGraph, **states: Any) -> BondGraph:
@@ -138,89 +131,19 @@ def _sliding(graph: BondGraph, name: str, way: int) -> Function:
     return Function(beside, law.arguments, law.of)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SwitchedMotion:
-    """A graph's motion through its modes: stretches, each with its mode, and the events between."""
-
-    switched: Switched
-    stretches: tuple[Step, ...]
-    modes: tuple[Mode, ...]
-    events: tuple[Event, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the states of all modes."""
-        return tuple(self.switched.names)
-
-    def states_flows_efforts(
-        self, times: Array, owners: NDArray[np.int_]
-    ) -> tuple[Array, dict[int, Array], dict[int, Array]]:
-        """States (by `names`), flows and efforts (by bond) at times within stretches."""
-        states = np.full((len(self.names), times.size), np.nan)
-        bonds = [b.number for b in self.switched.graph.bonds]
-        flows, efforts = ({number: np.zeros(times.size) for number in bonds} for _ in "fe")
-        for at in dict.fromkeys(self.modes[k] for k in np.unique(owners)):
-            mine = np.array([self.modes[k] == at for k in owners])
-            dynamics = self.switched.dynamics(at)
-            values = np.empty((len(dynamics.state.names), int(mine.sum())))
-            for owner in np.unique(owners[mine]):
-                here = owners[mine] == owner
-                values[:, here] = self.stretches[owner].dense(times[mine][here])
-            walk = Walk(dynamics, times[mine], list(values))
-            instant = walk.instant()
-            for number in bonds:
-                flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
-            by_name = dict(zip(dynamics.state.names, values, strict=True))
-            by_name |= walk.following()
-            for row, name in enumerate(self.names):
-                flow = (
-                    dynamics.form.variable(name[2:])
-                    if name not in by_name and name[2:] in self.switched.graph.elements
-                    else None
-                )
-                states[row, mine] = by_name[name] if flow is None else walk.whole(flow) if name[0] == "f" else 0.0
-        return states, flows, efforts
-
-    def difference(self, other: SwitchedMotion, scales: Mapping[str, float], until: float) -> float:
-        """The greatest difference to another trip, of states by their scales and of events' times; infinite of others."""
-        if [e[1:] for e in self.events] != [e[1:] for e in other.events]:
-            return math.inf
-        starts = np.array([s.start for s in self.stretches])
-        widths = np.array([s.end for s in self.stretches]) - starts
-        times = np.unique(np.minimum((starts[:, None] + widths[:, None] * stepping.WITHIN).ravel(), until))
-        worst = 0.0
-        for mine, theirs in zip(self.events, other.events, strict=True):
-            low, high = sorted((mine.time, theirs.time))
-            worst = max(worst, (high - low) / until)
-            times = times[(times < low) | (times > high)]
-        states = [trip.states_flows_efforts(times, stepping.owners(trip.stretches, times))[0] for trip in (self, other)]
-        size = np.array([scales[name] for name in self.names])
-        return max(worst, float(np.nanmax(np.abs(states[0] - states[1]) / size[:, None], initial=0.0)))
-
-    def greatest(self) -> dict[str, float]:
-        """The greatest absolute value of every state at the ends of stretches."""
-        ends = np.array([s.end for s in self.stretches])
-        states = self.states_flows_efforts(ends, np.arange(ends.size))[0]
-        return {n: float(np.nanmax(np.abs(row), initial=0.0)) for n, row in zip(self.names, states, strict=True)}
-
-
 class Switched:
-    """A graph with switches, with modes computed when they are met.
-
-    `names` are those of all states of all modes met so far; what follows in a mode is there as it follows.
-    """
+    """A graph with switches; `phases` has the equations of the modes that were met so far."""
 
     def __init__(self, graph: BondGraph, signals: Mapping[str, Any], evaluations: int) -> None:
         self.graph, self.signals = graph, signals
         self.dry, self.switches = dry_resistors(graph), (*graph.switched, *dry_resistors(graph))
-        self._dynamics: dict[Mode, Dynamics] = {}
-        self.names: dict[str, None] = {}
+        self.phases: dict[Mode, Dynamics] = {}
         self.evaluations, self.budget = 0, evaluations
         self.scale: dict[tuple[int, int], float] = {}  # of every condition its greatest value so far
 
     def dynamics(self, at: Mode) -> Dynamics:
         """The equations of a mode."""
-        if at not in self._dynamics:
+        if at not in self.phases:
             states = dict(zip(self.switches, at, strict=True))
             try:
                 dynamics = Dynamics(mode(self.graph, **states), self.signals)
@@ -229,51 +152,37 @@ class Switched:
                 raise GraphError(f"with {said}: {error}") from error
             if any(p.element.name != n for p in dynamics.form.followers for n in self.graph.coupled(p.element.name)):
                 raise GraphError("a field's ports follow in one mode and not in another: put an R, or a C, between")
-            self._dynamics[at] = dynamics
-            self.names |= dict.fromkeys(dynamics.state.names)
-        return self._dynamics[at]
+            self.phases[at] = dynamics
+        return self.phases[at]
 
     def margins(self, at: Mode, times: Array, states: Array) -> tuple[Array, list[tuple[int, int]]]:
         """The margins of a mode, each above 0 within it, at times (n,); for each the switch and its state beyond."""
-        dynamics, rows = self.dynamics(at), []
-        places = self._places(dynamics, times, states)
+        here, rows = self._observed(self.dynamics(at), times, states), []
         beyond: list[tuple[int, int]] = []
         for k, (name, on) in enumerate(zip(self.switches, at, strict=True)):
             if name not in self.dry:
-                value = self._law(name, places)
+                value = here.law(name)
                 rows.append(value if on else -value)
                 beyond.append((k, 1 - on))
             elif on:
-                rows.append(on * places[f"f_{name}"])
+                rows.append(on * here.flow(name))
                 beyond.append((k, 0))
             else:
-                effort = places[f"e_{name}"]
-                rows += [self._law(name, places, _TINY) - effort, effort - self._law(name, places, -_TINY)]
+                effort = here.efforts[self.graph.bond_of(name).number]
+                rows += [here.law(name, _TINY) - effort, effort - here.law(name, -_TINY)]
                 beyond += [(k, 1), (k, -1)]
-        shape = np.shape(times)
-        return np.array([np.broadcast_to(np.asarray(row, dtype=float), shape) for row in rows]), beyond
+        return np.array(rows).reshape(len(rows), *np.shape(times)), beyond
 
-    def _law(self, name: str, places: Mapping[str, Any], own: Any = None) -> Any:
-        law = self.graph.elements[name].law
-        assert isinstance(law, Function)
-        of = [self.graph.parameter(n, name) if n in self.graph.parameters else places.get(n) for n in law.of]
-        return law(*(own if n == OWN_FLOW and own is not None else v for n, v in zip(law.of, of, strict=True)))
-
-    def _places(self, dynamics: Dynamics, times: Array, states: Array) -> dict[str, Any]:
-        """All variables that conditions may read."""
+    def _observed(self, dynamics: Dynamics, times: Array, states: Array) -> Auditor:
+        """What conditions may read: of a switched junction the sum over its bonds, too."""
         with np.errstate(all="ignore"):
-            here = dynamics.at(times, list(states))
-        places = {TIME: times} | {n: f(*[times] * len(f.of)) for n, f in dynamics.signals.items()}
-        places |= dict(zip(dynamics.state.names, states, strict=True))
-        for name in self.graph.elements:
-            bond, kind = self.graph.at(name)[0], self.graph.elements[name].kind
-            sign = bond.sign(name) if name in self.dry else 1.0
-            places[f"f_{name}"], places[f"e_{name}"] = sign * here.flows[bond.number], here.efforts[bond.number]
-            if name in self.graph.switched:
-                summed = here.efforts if kind == "1" else here.flows
-                net = sum(b.sign(name) * summed[b.number] for b in self.graph.at(name))
-                places[f"e_{name}" if kind == "1" else f"f_{name}"] = net
-        return places
+            instant = dynamics.at(times, list(states))
+        here = Auditor(dynamics, self.graph, times, dict(zip(dynamics.state.names, states, strict=True)), {}, instant)
+        for name in self.graph.switched:
+            letter, summed = ("e", here.efforts) if self.graph.elements[name].kind == "1" else ("f", here.flows)
+            if (read := f"{letter}_{name}") not in (*self.graph.displacements, *self.graph.signals):
+                here.places[read] = sum(b.sign(name) * summed[b.number] for b in self.graph.at(name))
+        return here
 
     def contents(self, at: Mode, t: float, state: Sequence[float]) -> dict[str, float]:
         """The momentum or displacement of every store, and every further state, by name."""
@@ -339,29 +248,27 @@ class Switched:
             "let it read quantities that its own change does not affect"
         )
 
-    def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> tuple[SwitchedMotion, float]:
-        """The motion within rtol, and its error: trips at tighter tolerance until two agree, in their events too."""
+    def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> Run:
+        """The motion within rtol: runs at tighter tolerance until two agree, in their events too."""
         names, acting = {TIME, *self.graph.displacements, *self.graph.signals}, self.graph.of_kind("Se", "Sf", "R", "0", "1")
         varies = any(names.intersection(self.graph.depends_on(element.name)) for element in acting)
         longest = until / _LEAST_STEPS if varies else math.inf
         tolerance = max(stepping.FIRST * rtol, 10.0 * stepping.FINEST)
 
-        def tighter(tolerance: float, looser: SwitchedMotion) -> tuple[SwitchedMotion, float]:
+        def tighter(tolerance: float, looser: Run) -> tuple[Run, float]:
             nonlocal longest
-            scales = {name: size or 1.0 for name, size in looser.greatest().items()}
-            trip, longest = self.trip(start, until, method, (tolerance, scales), longest), stepping.SHORTER * longest
-            return trip, 2.0 * trip.difference(looser, scales, until)
+            sizes = _sizes(looser)
+            run, longest = self._run(start, until, method, (tolerance, sizes), longest), stepping.SHORTER * longest
+            return run, _error(run, looser, sizes)
 
-        first, _ = tighter(tolerance, self.trip(start, until, method, (max(stepping.PILOT, rtol), {}), longest))
-        return stepping.agreement(first, tighter, rtol, tolerance)
+        first, _ = tighter(tolerance, self._run(start, until, method, (max(stepping.PILOT, rtol), {}), longest))
+        run, error = stepping.agreement(first, tighter, rtol, tolerance)
+        return replace(run, error=error)
 
-    def stepped(
-        self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]
-    ) -> tuple[SwitchedMotion, float]:
-        """The motion in equal steps from event to event, and twice its difference to one with steps of another length."""
-        trips, other = (self.trip(start, until, method, (0.0, {}), math.inf, step) for step in steps)
-        scales = {name: size or 1.0 for name, size in other.greatest().items()}
-        return trips, 2.0 * other.difference(trips, scales, until)
+    def stepped(self, start: tuple[Mode, Array], until: float, method: str, steps: tuple[float, float]) -> Run:
+        """The motion in equal steps from event to event, with twice its difference to one with steps of another length."""
+        run, other = (self._run(start, until, method, (0.0, {}), math.inf, step) for step in steps)
+        return replace(run, error=_error(run, other, _sizes(other)))
 
     def begin(self, start: Callable[[Dynamics], Array]) -> tuple[Mode, Array]:
         """The mode that a motion begins in, and its state; `start` gives that of a mode, or does not know its states."""
@@ -372,8 +279,8 @@ class Switched:
             except GraphError as error:
                 fault = fault or error
                 continue
-            places = self._places(self.dynamics(at), np.array([0.0]), state[:, None])
-            ways = {n: int(np.sign(np.ravel(places[f"f_{n}"])[0])) for n in self.dry}
+            here = self._observed(self.dynamics(at), np.array([0.0]), state[:, None])
+            ways = {name: int(np.sign(here.flow(name)[0])) for name in self.dry}
             first = tuple(ways.get(n, s) for n, s in zip(self.switches, at, strict=True))
             return self.settled(first, 0.0, self.contents(at, 0.0, state.tolist()))
         assert fault is not None
@@ -399,7 +306,7 @@ class Switched:
                 best = other
         return sorted(freedoms, key=lambda at: -freedoms[at])
 
-    def trip(
+    def _run(
         self,
         start: tuple[Mode, Array],
         until: float,
@@ -407,7 +314,7 @@ class Switched:
         tolerance: tuple[float, Mapping[str, float]],
         longest: float,
         length: float | None = None,
-    ) -> SwitchedMotion:
+    ) -> Run:
         """The motion from a mode and state on; with a `length`, s, in equal steps."""
         (at, state), t = start, 0.0
         stretches: list[Step] = []
@@ -420,9 +327,9 @@ class Switched:
             beyond = self.margins(at, np.array([t]), state[:, None])[1]
             relative = (0.0, np.maximum(scales, 1e-300))
             crossed = None
-            field = self._field(dynamics, method)
-            equal = fixed(method, field, t, state, until, length) if length else None
-            for step in equal or adaptive(method, field, t, state, until, relative, longest):
+            rates = self._rates(dynamics)
+            equal = fixed(method, rates, t, state, until, length) if length else None
+            for step in equal or adaptive(method, rates, t, state, until, relative, longest):
                 step = crossing(self._watched(at, step, beyond), step) if beyond else step
                 crossed = step.crossed
                 state = np.asarray(step.dense(step.end) if crossed is not None else step.last, dtype=float)
@@ -445,7 +352,7 @@ class Switched:
             if len(events) > _MOST_EVENTS:
                 raise GraphError(f"{_MOST_EVENTS} events reach t = {t:.6g} s only: ask for a shorter time")
             at = after
-        return SwitchedMotion(self, tuple(stretches), tuple(modes), tuple(events))
+        return Run(self.graph, self.phases, tuple(stretches), tuple(modes), ({},) * len(modes), tuple(events))
 
     def _watched(self, at: Mode, step: Step, beyond: Sequence[tuple[int, int]]) -> Events:
         """The conditions of a mode as events of a step."""
@@ -457,22 +364,27 @@ class Switched:
         rounding = np.array([_NOTHING * self.scale[place] for place in beyond])
         return Events(lambda times, states: self.margins(at, times, states)[0], np.ones(len(beyond)), rounding=rounding)
 
-    def _field(self, dynamics: Dynamics, method: str) -> Callable[..., Any]:
-        rates, size, plain = dynamics.rates, len(dynamics.state.names), method in PLAIN
-        anchors = [dynamics.state.names.index(dynamics.displacement_of[j]) for j in dynamics.anchored]
+    def _rates(self, dynamics: Dynamics) -> PlainRates:
+        """The rates of a mode, counted."""
+        rates = dynamics.within()
 
-        def rates_of(t: float, values: Any) -> Any:
+        def counted(t: float, values: Sequence[float]) -> Sequence[float]:
             self.evaluations += 1
             if self.evaluations > self.budget:
                 raise GraphError(
                     f"{self.budget} evaluations of the rates are spent at t = {t:.6g} s: ask for a shorter time or a larger "
                     "rtol, or use a method for stiff equations (Radau); evaluations= allows more"
                 )
-            try:
-                arguments = values if plain else values.tolist()
-                result = rates(t, *arguments, *(arguments[k] for k in anchors))
-            except (ValueError, ArithmeticError, TypeError):
-                result = (math.nan,) * size
-            return result if plain else np.array(result)
+            return rates(t, values)
 
-        return rates_of
+        return counted
+
+
+def _sizes(run: Run) -> dict[str, float]:
+    """The greatest absolute value of every state of a run, 1 of one that stays 0."""
+    return {name: float(np.abs(values).max()) or 1.0 for name, values in run.states().items()}
+
+
+def _error(run: Run, other: Run, sizes: Mapping[str, float]) -> float:
+    """An error bound of a run, by its difference to another one."""
+    return max(2.0 * difference(run, other, np.array([sizes.get(name, 1.0) for name in run.names])), rounding(run))

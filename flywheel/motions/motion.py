@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.motion.simulation import Run
+from bondgraph.motion.run import Run
 from bondgraph.numerics import summits
 from flywheel.components.motors.starting import as_started
 from flywheel.machine.dynamics import NODES, Trail

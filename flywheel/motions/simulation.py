@@ -20,7 +20,7 @@ from bondgraph.elements import Motion as Position
 from bondgraph.graph import BondGraph
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.formulation import Formulation
-from bondgraph.motion.simulation import Run
+from bondgraph.motion.run import Run
 from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
 from flywheel.machine.dynamics import MachineDynamics, StartState, Trail, dynamics_of

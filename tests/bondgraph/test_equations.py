@@ -285,6 +285,12 @@ def test_a_source_law_that_moves_is_a_function_of_flows_and_time():
 
 
 @pytest.mark.slow
+def test_a_modulus_that_reads_a_flow_is_a_formula_in_the_opaque_form_too():
+    b = Builder().one("arm").one("rotor").on("arm", Se("u", 12.0), R("r", 1.0), I("L", 0.1)).on("rotor", I("J", 1.0))
+    graph = b.gyrate("arm", "rotor", lambda f_arm: 0.3 * f_arm, name="K").build()
+    assert state_equations(graph, opaque=True).derivatives == state_equations(graph).derivatives
+
+
 def test_a_modulated_gyrator_and_its_opaque_form():
     b = slider_crank().one("circuit").on("circuit", I("L", 0.1), Se("U", 1.0))
     graph = b.gyrate("circuit", "crank", lambda theta: 1.0 + 0.5 * np.cos(theta), name="K").build()

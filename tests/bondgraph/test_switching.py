@@ -246,3 +246,10 @@ def test_what_cannot_be_switched_is_named(wrong, match):
     with pytest.raises(GraphError, match=match) as caught:
         wrong()
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_condition_reads_a_signal_that_is_called_as_a_flow():
+    b = Builder().one("arm").signal("f_arm").zero("z", when=lambda f_arm: f_arm > 0.5).bond("arm", "z")
+    graph = b.on("arm", Se("u", 1.0), R("r", 1.0), I("L", 0.1)).on("z", C("c", 1.0)).build()
+    (event,) = simulate(graph, 3.0, signals={"f_arm": np.cos}).events
+    assert event.time == pytest.approx(np.pi / 3, abs=1e-9)
