@@ -397,7 +397,7 @@ class SymbolicWalk(Walk):
         own = sympy.Dummy(real=True)
         arguments = self._arguments(law, name, own)
         value, partials = super()._symbolic_partials(law, arguments)
-        slope, output = partials[arguments.index(own)], port.sign * output if port.element.kind == "I" else output
+        slope, output = partials[arguments.index(own)], port.sense * output
         if slope.has(own) and self.point is not None:  # to the second order, for its slope varies
             at = {own: sympy.Float(self.point(port), 17)}
             away, first, second = output - value.xreplace(at), slope.xreplace(at), slope.diff(own).xreplace(at)

@@ -132,13 +132,12 @@ class Walk:
 
     def stored(self, port: PortBond, x: Any) -> Any:
         """The output of a store in integral causality: the flow of an inertia, the effort of a compliance."""
-        name, inertia = port.element.name, port.element.kind == "I"
-        if name in self.form.massless:
-            return x
-        if self.graph.is_curve(name):
-            return port.sign * self._law(name, x) if inertia else self._law(name, x)
-        constant = self.graph.constant(name)
-        return port.sign * x / constant if inertia else x / constant
+        name = port.element.name
+        return port.sense * self._law(name, x) if self.graph.is_curve(name) else port.sense * x / self._constant(port)
+
+    def _constant(self, port: PortBond) -> Any:
+        """The inertia or compliance of a store of a linear law; 1 where a flow is the state."""
+        return 1.0 if port.element.name in self.form.massless else self.graph.constant(port.element.name)
 
     def _slopes(self, port: PortBond, x: Any) -> dict[int, Any]:
         """The slopes of a curved store's law by the states of stores, at their places: its own, and those that it reads."""
@@ -146,7 +145,7 @@ class Walk:
         assert isinstance(law, Function)
         partials = dict(zip(law.of, self._partials(law, name, x)[1], strict=True))
         places = {self.form.state_name(p): k for k, p in enumerate(self.form.stores)}
-        signs = [p.sign if p.element.kind == "I" else 1.0 for p in (*self.form.stores, port)]
+        signs = [p.sense for p in (*self.form.stores, port)]
         slopes = {}
         for n in (n for n in law.of if n not in self.graph.parameters):
             k = places.get(self.form.state_name(port), -1) if n == self.graph.own(name) else places[n]
@@ -156,11 +155,9 @@ class Walk:
     def output_slopes(self, place: int) -> dict[int, Any]:
         """The slopes of a store's output by the states of stores, at their places."""
         port = self.form.stores[place]
-        if port.element.name in self.form.massless:
-            return {place: 1.0}
         if self.graph.is_curve(port.element.name):
             return self._slopes(port, self.state[place])
-        return {place: (port.sign if port.element.kind == "I" else 1.0) / self.graph.constant(port.element.name)}
+        return {place: port.sense / self._constant(port)}
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Calls a law, or records it where the walk is recorded; `results` is the length of the tuple that it returns."""
@@ -171,34 +168,26 @@ class Walk:
 
     def _arguments(self, law: Function, name: str, own: Any = None, outputs: Mapping[Any, Any] | None = None) -> list[Any]:
         """The arguments of a law; `outputs` has flows and efforts that are not yet known, besides its own."""
-        outputs = {self.graph.own(name): own} if outputs is None else outputs
+        outputs, form = {self.graph.own(name): own} if outputs is None else outputs, self.form
         values = []
         for argument in law.of:
             if argument in outputs:
                 values.append(outputs[argument])
             elif argument in self.graph.parameters:
                 values.append(self.graph.parameter(argument, name))
-            elif argument in self._places:
+            elif (signal := self.graph.reading(argument)) is None:
                 values.append(self._places[argument])
+            elif signal[0] in "fe":
+                variable = (form.flow if signal[0] == "f" else form.effort)[signal[1]]
+                # a modulus is needed before the gains, and reads what stores give
+                values.append(self.outputs[form.column[variable]] if self.gain is None else self.value(variable))
             else:
-                values.append(self._read(argument, name))
+                place = next((k for k, port in enumerate(form.stores) if port.bond == signal[1]), None)
+                if place is None:
+                    where, leads = self.graph.where(name), form.follows[argument[2:]]
+                    raise GraphError(f"{where} reads {argument}, which is no state: {leads}")
+                values.append(self.state[place])
         return values
-
-    def _read(self, argument: str, name: str) -> Any:
-        """A flow, effort, momentum or displacement that the law of an element reads."""
-        signal = self.graph.reading(argument)
-        assert signal is not None
-        letter, bond = signal
-        form, where = self.form, self.graph.where(name)
-        if letter in "pq":
-            place = next((k for k, p in enumerate(form.stores) if p.bond == bond), None)
-            if place is None:
-                raise GraphError(f"{where} reads {argument}, which is no state: {form.follows[argument[2:]]}")
-            return self.state[place]
-        variable = (form.flow if letter == "f" else form.effort)[bond]
-        if self.gain is not None:
-            return self.value(variable)
-        return self.outputs[form.column[variable]]  # a modulus, which is needed before all that follows by it
 
     def _law(self, name: str, own: Any = None) -> Any:
         law = self.graph.elements[name].law
@@ -352,21 +341,27 @@ class Walk:
                 if place == self._stop:
                     self.balance = self._residual(ports, self._outputs[place])
                     return
-                output = self._outputs[place] if place < len(self._outputs) else self._settled(ports)
+                if place < len(self._outputs):
+                    output = self._outputs[place]
+                else:  # by iteration, at all times together
+                    shapes = [np.shape(value) for value in (self.t, *self.state, *self._places.values())]
+                    shape, where = np.broadcast_shapes(*shapes), loop_name(self.graph, ports)
+                    output = settle(lambda outputs: self._residual(ports, outputs), len(ports), shape, where)  # noqa: B023
+                    self._values.clear()
                 place += 1
             elif ports[0].output in self.dynamics.closed:
                 output = [self.value(port.output) for port in ports]
-            elif group.loop or not self._explicit(ports[0]):
+            elif group.loop or self._inverted(ports[0]):
                 output = self._closed(ports)
             else:
                 output = [self._own_output(port) for port in ports]
             for port, value in zip(ports, output, strict=True):
                 self.outputs[self.form.column[port.output]] = value
 
-    def _explicit(self, port: PortBond) -> bool:
-        """False of a resistor whose curve gives the other than what is asked of it."""
+    def _inverted(self, port: PortBond) -> bool:
+        """True of a resistor whose curve gives the other than what is asked of it."""
         name = port.element.name
-        return port.element.kind != "R" or not self.graph.is_curve(name) or self.graph.is_native(name, port.gives)
+        return port.element.kind == "R" and self.graph.is_curve(name) and not self.graph.is_native(name, port.gives)
 
     def _own_output(self, port: PortBond) -> Any:
         """The output of an acting port that needs nothing of its own."""
@@ -420,31 +415,22 @@ class Walk:
         except GraphError as error:
             raise unsolvable(self.graph, ports, error) from error
 
-    def _settled(self, ports: Sequence[PortBond]) -> list[Any]:
-        """The outputs of resistors of any law in a loop, by iteration."""
-        arguments = [self.t, *self.state, *self._places.values()]
-        shape = np.broadcast_shapes(*(np.shape(value) for value in arguments))
-        result = settle(lambda outputs: self._residual(ports, outputs), len(ports), shape, loop_name(self.graph, ports))
-        self._values.clear()
-        return result
-
     def _store_rates(self) -> list[Any]:
         """The rates of momenta and displacements; on the way, what followers give."""
         form, last = self.form, len(self.form.stores) + len(self.form.acting)
         if self.dynamics.closed.keys() >= {p.output for p in form.followers} and not form.massless:
             return [self.own_rate(p) for p in form.stores]
-        shares = self._shares()
-        for k, (port, (rate, weight)) in enumerate(zip(form.followers, self._followed(shares), strict=True)):
-            self.outputs[last + k] = port.sign * weight * rate
+        shares, bias = self._shares(), self._bias()
+        for k, (port, weight) in enumerate(zip(form.followers, self.weights(), strict=True), start=last):
+            led = total(g * shares[leader][0] for leader, g in self.gain[port.input].items() if leader in shares)
+            self.outputs[k] = port.sign * weight * (bias.get(port.input, 0.0) + led)
         rates = []
         for k, port in enumerate(form.stores):
             if k not in shares:
                 rates.append(self.own_rate(port))
-            elif port.element.name in form.massless or not self.graph.is_curve(port.element.name):
-                own = 1.0 if port.element.name in form.massless else self.graph.constant(port.element.name)
-                rates.append((port.sign if port.element.kind == "I" else 1.0) * own * shares[k][0])
             else:
-                rates.append((port.sign if port.element.kind == "I" else 1.0) * shares[k][1])
+                curved = self.graph.is_curve(port.element.name)
+                rates.append(port.sense * (shares[k][1] if curved else self._constant(port) * shares[k][0]))
         return rates
 
     def own_rate(self, port: PortBond) -> Any:
@@ -554,9 +540,9 @@ class Walk:
     def inverse(self, port: PortBond, output: Any) -> Any:
         """The momentum (displacement) at which a store gives a flow (effort)."""
         name, law = port.element.name, port.element.law
-        output = port.sign * output if port.element.kind == "I" else output
+        output = port.sense * output
         if not self.graph.is_curve(name):
-            return self.graph.constant(name) * output
+            return self._constant(port) * output
         assert isinstance(law, Function)
         own = law.of.index(self.graph.own(name) or "")
 
@@ -573,13 +559,6 @@ class Walk:
         return settle(equation, 1, np.shape(output), self.graph.where(name), [near] if np.all(np.isfinite(near)) else None)[
             0
         ]
-
-    def _followed(self, shares: Mapping[int, tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
-        """The rate of the input of every follower, and its weight."""
-        bias = self._bias()
-        for port, weight in zip(self.form.followers, self.weights(), strict=True):
-            gains = self.gain[port.input].items()
-            yield bias.get(port.input, 0.0) + total(g * shares[k][0] for k, g in gains if k in shares), weight
 
     def _bias(self) -> dict[int, Any]:
         """The rate by varying moduli and sources of the inputs of followers, and of all variables that these follow from."""
@@ -754,8 +733,6 @@ class Dynamics:
 
     def stored(self, port: PortBond, value: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
-        if port.element.name in self.form.massless:
-            return value
         return float(Walk(self, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, value))
 
     def branches(self, state: Sequence[float]) -> Iterator[str]:

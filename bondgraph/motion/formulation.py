@@ -71,6 +71,11 @@ class PortBond(NamedTuple):
     output: int
     input: int
 
+    @property
+    def sense(self) -> float:
+        """The sign of what a store gives by its state: that of the bond for an inertia, whose state counts by the bond."""
+        return self.sign if self.element.kind == "I" else 1.0
+
 
 class OutputGroup(NamedTuple):
     """Acting ports whose outputs follow at once: one by one, or, in a loop, together."""
@@ -546,7 +551,7 @@ def _followed(form: Formulation, gain: Mapping[int, Any], combined: Callable[...
     varying = {k: k + len(form.column) for k, p in acting.items() if not isinstance(p.element.law, float)}
     slopes = {k: {rate: Fraction(1)} for k, rate in varying.items()}  # of what a store gives by the states, or a source
     for k, port in zip(places, ports, strict=True):
-        law, name, sign = port.element.law, port.element.name, port.sign if port.element.kind == "I" else 1.0
+        law, name, sign = port.element.law, port.element.name, port.sense
         if (constant := _number(graph, name)) is not None:
             slopes[k] = {k: Fraction(sign) / Fraction(constant)}
         elif isinstance(law, Function) and law.is_affine and (at := at | {graph.own(name) or "": k}).keys() >= {*law.of}:

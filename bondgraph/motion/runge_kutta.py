@@ -263,22 +263,23 @@ class MethodStep:
 
     def _complete(self) -> Sequence[State]:
         """The slopes at all stages, those of the polynomial within the step too."""
-        rows = self.method.within[len(self.slopes) - len(self.method.weights) - 1 :]
-        if rows and len(self.state) >= MANY:
+        before = len(self.slopes)
+        rows = _within(self.method)[before - len(self.method.weights) - 1 :]
+        if rows:
             assert self.rates is not None
-            table, first = np.empty((len(self.slopes) + len(rows), len(self.state))), np.array(self.state)
-            table[: len(self.slopes)] = self.slopes
-            for k, weights in enumerate(rows, len(self.slopes)):
-                point: State = tuple((first + self.h * (np.array(weights) @ table[:k])).tolist())
-                table[k] = self.rates(self.t + math.fsum(weights) * self.h, point)
-            self.slopes, self._table = (*self.slopes, *map(tuple, table[len(self.slopes) :].tolist())), table
-            return self.slopes
-        for row in self.method.within[len(self.slopes) - len(self.method.weights) - 1 :]:
-            assert self.rates is not None
-            used = [(self.h * w, slope) for w, slope in zip(row, self.slopes, strict=True) if w]
-            point = tuple(y + sum(w * slope[k] for w, slope in used) for k, y in enumerate(self.state))
-            self.slopes = (*self.slopes, tuple(self.rates(self.t + math.fsum(row) * self.h, point)))
+            table, first = np.empty((before + len(rows), len(self.state))), np.array(self.state)
+            table[:before] = self.slopes
+            for k, (weights, node) in enumerate(rows, before):
+                point: State = tuple((first + self.h * (weights @ table[:k])).tolist())
+                table[k] = self.rates(self.t + node * self.h, point)
+            self.slopes, self._table = (*self.slopes, *map(tuple, table[before:].tolist())), table
         return self.slopes
+
+
+@cache
+def _within(method: Method) -> list[tuple[Array, float]]:
+    """The weights and times of a method's stages for the polynomial within a step."""
+    return [(np.array(row), math.fsum(row)) for row in method.within]
 
 
 def _series(steps: Sequence[MethodStep]) -> Array:

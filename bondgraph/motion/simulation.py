@@ -25,6 +25,7 @@ from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import filled, lost_heat
 from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
 from bondgraph.motion.run import Run, difference, rounding
+from bondgraph.motion.runge_kutta import RateField, decay
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Switched, dry_resistors
 from bondgraph.numerics import count, counting
@@ -334,7 +335,7 @@ class _Stepper:
                         if dead is not None:
                             raise _DeadCentreError(*dead, stretch.end)
                     if self.stiffness_checked:
-                        self._check_stiffness(stepping.field_of(rates), stretch, mean_step, cost)
+                        self._check_stiffness(rates, stretch, mean_step, cost)
                 yield stretch
                 if self.evaluations > self.budget:
                     other = "DOP853" if self.method in ("RK23", "RK45") else "LSODA"
@@ -360,15 +361,14 @@ class _Stepper:
         modes = ((),) * len(stretches)
         return Run(self.dynamics.graph, {(): self.dynamics}, tuple(stretches), modes, tuple(self.anchors))
 
-    def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Step, step: float, cost: float) -> None:
+    def _check_stiffness(self, rates: PlainRates, stretch: Step, step: float, cost: float) -> None:
         """Checks whether stability limits the steps, by a mode that has decayed long ago."""
-        at, here = stretch.end, field(stretch.end, stretch.after)
-        nudge = 1e-7 * np.maximum(np.abs(stretch.after), self.scale)
-        slopes = [(field(at, stretch.after + h * unit) - here) / h for h, unit in zip(nudge, np.eye(here.size), strict=True)]
-        if not slopes or not np.all(np.isfinite(slopes)):
-            return
-        rate = float(max(-np.linalg.eigvals(np.transpose(slopes)).real.min(), 0.0))
-        steps = (self.until - at) / step
+
+        def each(times: Array, states: Array) -> Array:
+            return np.array([rates(t, state) for t, state in zip(times.tolist(), states.T.tolist(), strict=True)]).T
+
+        sizes, steps = np.maximum(np.abs(stretch.after), self.scale), (self.until - stretch.end) / step
+        rate = decay(RateField(each, sizes), stretch.end, stretch.after) if sizes.size else 0.0
         if step * rate > 0.5 * _STABLE[self.method] and steps > _MANY:
             raise _StiffnessError(rate, step, steps * cost)
 

@@ -334,11 +334,20 @@ def through_breaks(
                 if np.isinf(low):
                     middle = high - 1.0 if np.isfinite(high) else 0.0
                 pieces[b.place], anchors[b.place] = (low, high), middle
+            bounds = [(k, end, side) for k, piece in pieces.items() for end, side in zip(piece, (1.0, -1.0), strict=True)]
+            bounds = [bound for bound in bounds if np.isfinite(bound[1])]
+            places, ends, sides = (np.array([bound[k] for bound in bounds]) for k in range(3))
+
+            def distances(times: Array, states: Array) -> Array:
+                """The distances of states from the ends of their pieces."""
+                return np.asarray(states[places] - ends[:, None])  # noqa: B023 - called at once
+
             for step in steps(t, state, stop, anchors):
                 left, end, state = None, step.end, step.after
-                if pieces:
-                    events, places, ends = _breaks_around(pieces, step)
-                    step = crossing(events, step)
+                if bounds:
+                    sizes = [np.abs(ends), *(np.abs(np.asarray(at)[places]) for at in (step.first, step.after))]
+                    rounding = 8 * _SPACING * np.maximum.reduce(sizes)
+                    step = crossing(Events(distances, sides, rounding=rounding), step)
                     left, end = step.crossed, step.end
                 if left is not None:
                     state = np.array(step.dense(end))
@@ -359,17 +368,6 @@ def through_breaks(
                     )
                 if left is not None:
                     break
-
-
-def _breaks_around(pieces: Mapping[int, tuple[float, float]], step: Step) -> tuple[Events, Index, Array]:
-    """The distances of states from the ends of their pieces as events; the states that these belong to, and the ends."""
-    bounds = [(k, end, side) for k, piece in pieces.items() for end, side in zip(piece, (1.0, -1.0), strict=True)]
-    bounds = [bound for bound in bounds if np.isfinite(bound[1])]
-    places, ends, sides = (np.array([bound[k] for bound in bounds]) for k in range(3))
-    places = places.astype(int)
-    sizes = [np.abs(ends), *(np.abs(np.asarray(state)[places]) for state in (step.first, step.after))]
-    rounding = 8 * _SPACING * np.maximum.reduce(sizes)
-    return Events(lambda _, states: states[places] - ends[:, None], sides, rounding=rounding), places, ends
 
 
 def hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:
@@ -501,8 +499,14 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
         speed = solver.f[0]
         if speed:  # far past the piece's end the laws are only continued
             far = abs((piece.end(speed) - solver.y[0]) / speed)
-            if solver.h > _NEARLY * far:
-                far *= _slower(rates, solver, far)
+            if solver.h > _NEARLY * far:  # by the mean of the speeds now and there, where they are alike
+                try:
+                    there = tuple(y + far * rate for y, rate in zip(solver.y, solver.f, strict=True))
+                    ahead = float(rates(solver.t + far, there)[0])
+                except (ValueError, ArithmeticError):
+                    ahead = speed
+                slower = 2.0 * speed / (speed + ahead) if speed * ahead > 0.0 else 1.0
+                far *= slower if abs(slower - 1.0) < _ALIKE else 1.0
                 solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
         if length is not None:
             solver.h = min(solver.h, length(solver.t))
@@ -522,34 +526,14 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
         if over:
             return
         taken += 1
-        if along is not None and taken % _MANY == 0 and _prefers_implicit(piece, along, solver, solver.t - t, taken):
-            rest = piece._replace(along=along._replace(stiff=0.0, plain=False))
-            yield from _onwards(rest, solver.t, np.array(solver.y), None, method)
-            return
-
-
-def _prefers_implicit(piece: Piece, along: RateField, solver: DormandPrince, gone: float, taken: int) -> bool:
-    """Tests whether implicit steps are cheaper for the rest of a stretch, after `taken` explicit ones.
-
-    Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
-    """
-    if not along.plain:
-        return True
-    h, state = gone / taken, np.array(solver.y)
-    left = piece.rest(solver.f[0], solver.t, state)
-    fastest = decay(along, solver.t, state) if left > _MANY * h else 0.0
-    return h * fastest > 0.5 * _STABLE[solver.method.order]
-
-
-def _slower(rates: Rates, solver: DormandPrince, far: float) -> float:
-    """The speed now over the mean of those before and after the time ahead; 1 where they differ much, or it is unknown."""
-    speed = solver.f[0]
-    try:
-        ahead = float(rates(solver.t + far, tuple(y + far * rate for y, rate in zip(solver.y, solver.f, strict=True)))[0])
-    except (ValueError, ArithmeticError):
-        return 1.0
-    ratio = 2.0 * speed / (speed + ahead) if speed * ahead > 0.0 else 1.0
-    return ratio if abs(ratio - 1.0) < _ALIKE else 1.0
+        if along is not None and taken % _MANY == 0:
+            cheaper, mean, now = not along.plain, (solver.t - t) / taken, np.array(solver.y)
+            if along.plain and piece.rest(solver.f[0], solver.t, now) > _MANY * mean:  # where stability limits many steps
+                cheaper = mean * decay(along, solver.t, now) > 0.5 * _STABLE[solver.method.order]
+            if cheaper:
+                rest = piece._replace(along=along._replace(stiff=0.0, plain=False))
+                yield from _onwards(rest, solver.t, now, None, method)
+                return
 
 
 def _landing(piece: Piece, step: runge_kutta.MethodStep) -> Step | None:

@@ -174,7 +174,7 @@ class Switched:
         return np.array(rows).reshape(len(rows), *np.shape(times)), beyond
 
     def _observed(self, dynamics: Dynamics, times: Array, states: Array) -> Auditor:
-        """What conditions may read: of a switched junction the sum over its bonds, too."""
+        """The graph with all that conditions may read: of a switched junction the sum over its bonds, too."""
         with np.errstate(all="ignore"):
             instant = dynamics.at(times, list(states))
         here = Auditor(dynamics, self.graph, times, dict(zip(dynamics.state.names, states, strict=True)), {}, instant)
@@ -198,7 +198,7 @@ class Switched:
         if not form.stores or not (form.followers or form.massless):
             return state
         size, names = len(form.stores), [form.state_name(p) for p in (*form.stores, *form.followers)]
-        sign = [p.sign if p.element.kind == "I" else 1.0 for p in (*form.stores, *form.followers)]
+        sign = [p.sense for p in (*form.stores, *form.followers)]
         own = [0.0 if p.element.name in form.massless else sign[k] for k, p in enumerate(form.stores)]
         before, rest = [stored.get(name, 0.0) for name in names], state[size:].tolist()
         largest = {x: max((abs(v) for n, v in zip(names, before, strict=True) if n[0] == x), default=0.0) for x in "fpq"}
