@@ -463,7 +463,7 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     place = next(k for k, p in enumerate(form.stores) if p.element.name in form.massless)
     owned = [d.name for d in form.displacements if form.variable(d.of) == form.variable(junction)]
     chosen = name or next(iter(owned), None)
-    phi = twin.places[chosen] if chosen else twin.names.take(f"phi_{junction}", "x")
+    phi = twin.places[chosen] if chosen else twin.symbol(f"phi_{junction}", "x")
     rate = read.state[place]
     twin.rename(rate, f"{phi.name}dot")
     _same_form(read)

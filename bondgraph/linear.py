@@ -258,17 +258,24 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
         for other in others:
             ahead[other].add(variable)
     stores = {n: _one_port_output(graph, n, causes.strokes) for n in causes.integral}
+
+    def beyond(paths: set[Signal], shared: BondGraph, line: Callable[[str], str]) -> dict[str, str]:
+        """The stores that no path meets, or that keep integral causality with inputs or sensors of either kind."""
+        stiff = causality(shared, "derivative").integral
+        lost = {name: line(graph.title(name)) for name, output in stores.items() if output not in paths}
+        kept = {n: f"{graph.title(n)} keeps integral causality where all prefer derivative" for n in stiff if n not in lost}
+        return lost | kept
+
     moved = list(sources if inputs is None else inputs)
     reached = set[Signal]().union(*(reached_from(_one_port_output(graph, n, causes.strokes), ahead) for n in moved))
     free = {n: graph.elements[n]._replace(kind="R", law=1.0) for n in moved}
-    stiff = causality(replace(graph, elements={**graph.elements, **free}, parts=True), "derivative").integral
     path = ", ".join(graph.title(n) for n in moved) or "any input"
-    lost = {n: f"no causal path leads to {graph.title(n)} from {path}" for n, v in stores.items() if v not in reached}
-    lost |= {n: _STIFF.format(graph.title(n)) for n in stiff if n not in lost}
+    freed = replace(graph, elements={**graph.elements, **free}, parts=True)
+    lost = beyond(reached, freed, lambda store: f"no causal path leads to {store} from {path}")
     if outputs is None:
         return Reach(lost, {})
     at = {name: Signal(*place) if place[0] in "fe" else stores.get(name[2:]) for name, place in signals.items() if place}
-    signals_of_outputs = set[Signal]().union(*(reached_from(v, needs) for v in at.values() if v is not None))
+    shown = set[Signal]().union(*(reached_from(v, needs) for v in at.values() if v is not None))
     elements, bonds = dict(graph.elements), list(graph.bonds)
     for name in signals:
         junction = name[2:]
@@ -281,15 +288,9 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
             bonds[place] = Bond(bonds[place].number, *((tail, junction) if head == port else (junction, head)))
         elements[f"{name} sensor"] = Element("R", f"{name} sensor", 1.0)
         bonds.append(Bond(1 + max(b.number for b in bonds), junction, f"{name} sensor"))
-    stiff = causality(replace(graph, elements=elements, bonds=tuple(bonds), parts=True), "derivative").integral
-    path = ", ".join(signals) or "any output"
-    hidden = {
-        n: f"no causal path leads from {graph.title(n)} to {path}" for n, v in stores.items() if v not in signals_of_outputs
-    }
-    return Reach(lost, hidden | {n: _STIFF.format(graph.title(n)) for n in stiff if n not in hidden})
-
-
-_STIFF = "{} keeps integral causality where all prefer derivative"
+    sensed = replace(graph, elements=elements, bonds=tuple(bonds), parts=True)
+    end = ", ".join(signals) or "any output"
+    return Reach(lost, beyond(shown, sensed, lambda store: f"no causal path leads from {store} to {end}"))
 
 
 def _one_port_output(graph: BondGraph, name: str, strokes: Mapping[int, str]) -> Signal:
@@ -476,7 +477,10 @@ def linearize(
     output_names = tuple(names if outputs is None else outputs)
     read.driven = {}
     rates = read.formulas()
-    expressions = [_output_expression(read, name, dict(zip(names, states, strict=True))) for name in output_names]
+    by_name = dict(zip(names, states, strict=True))
+    shown = {name: graph.reading(name) for name in output_names if name not in by_name}
+    by_name |= {name: finish(read.whole(read.form.read_variable(*signal))) for name, signal in shown.items() if signal}
+    expressions = [by_name[name] for name in output_names]
     symbols_moved = [symbols[name] for name in moved]
     dots = {finish(symbol): name for name, symbol in (*twin.rates.items(), *read.driven.items())}
     driven: dict[str, tuple[str, ...]] = {}
@@ -532,15 +536,6 @@ def _unknown(graph: BondGraph, names: Sequence[str], inputs: Any, outputs: Any, 
             faults.append(f"input {name!r}: no such source or signal; they are {', '.join(symbols) or 'none'}")
     strange = [name for name in outputs if name not in names and graph.reading(name) is None]
     return faults + [f"output {n!r}: expected a state ({', '.join(names)}), f_NAME or e_NAME" for n in strange]
-
-
-def _output_expression(read: SymbolicWalk, name: str, states: Mapping[str, Any]) -> Any:
-    """An output as an expression of states and inputs."""
-    if name in states:
-        return states[name]
-    signal = read.twin.graph.reading(name)
-    assert signal is not None
-    return read.twin.finish(read.whole((read.form.flow if signal[0] == "f" else read.form.effort)[signal[1]]))
 
 
 def _check_kinks(dynamics: Dynamics, at: Callable[[Array], Array], point: Mapping[str, float], slopes: Array) -> None:

@@ -69,7 +69,6 @@ class Twin:
         places: the time, displacements and signals -> real symbol, by their names in the graph.
         rates: signal -> the real symbol of its time derivative.
         opaque: a modulus as a function of plain symbols -> its expression.
-        names: the names that are taken.
         law_values: symbol that a law's value is kept as while a walk runs -> the value. The walk multiplies by signs +-1.0,
             which would turn the fractions in a formula into floats.
         plain: real symbol -> plain symbol.
@@ -80,9 +79,8 @@ class Twin:
     """
 
     def __init__(self, graph: BondGraph, *, opaque: bool = False) -> None:
-        self.source, self.names = graph, Names()
+        self.source, self._taken, take = graph, set[str](), self.symbol
         displaced = {d.name: d for d in displacements(graph)}
-        take = self.names.take
         self.places = {name: take(name, "x") for name in (TIME, *displaced, *graph.signals)}
         self.rates = {name: take(f"{clean(name)}dot", "x") for name in graph.signals}
         named = {name: take(name, "x") for name in graph.parameters}
@@ -123,7 +121,7 @@ class Twin:
         meant = expression.xreplace({s: symbols[s.name] for s in expression.free_symbols})
         if not varying:
             return self._constant(element, meant)
-        called = sympy.Function(self.names.free(element.name, element.kind))
+        called = sympy.Function(self.free(element.name, element.kind))
         self.opaque[called(*(self.places[name] for name in varying))] = meant
         return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
 
@@ -141,7 +139,7 @@ class Twin:
         """A mechanism's own law: a function of the displacement that is known by its values."""
         import sympy
 
-        motion, name = law.motion, self.names.free(element.name, element.kind)
+        motion, name = law.motion, self.free(element.name, element.kind)
         if isinstance(law, Law) and law.moving:  # a function of those flows and the time too that it sees
 
             def value(q: Any, *seen: Any) -> Any:
@@ -195,28 +193,14 @@ class Twin:
 
         return replaced(self.unfold(expression), plain)
 
-    def rename(self, symbol: Any, name: str) -> None:
-        """Hand out a real symbol under another name, or one like it where that is taken."""
+    def symbol(self, name: str, kind: str) -> Any:
+        """A real symbol of a name, as an identifier; if that is taken, with its kind in front."""
         import sympy
 
-        self.plain[symbol] = sympy.Symbol(self.names.free(name, "rate"))
-
-
-class Names:
-    """Hands out real symbols whose names are identifiers, each once."""
-
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
-
-    def take(self, name: str, kind: str) -> Any:
-        """A symbol called `name`, as an identifier; if that is taken, with its kind in front."""
-        import sympy
-
-        text = self.free(name, kind)
-        return sympy.Symbol(text, real=True)
+        return sympy.Symbol(self.free(name, kind), real=True)
 
     def free(self, name: str, kind: str) -> str:
-        """The name that `take` would give."""
+        """The name that `symbol` gives, taken from then on."""
         text = clean(name)
         if text in self._taken:
             text = f"{kind}_{text}"
@@ -224,6 +208,12 @@ class Names:
             text += "_"
         self._taken.add(text)
         return text
+
+    def rename(self, symbol: Any, name: str) -> None:
+        """Hand out a real symbol under another name, or one like it where that is taken."""
+        import sympy
+
+        self.plain[symbol] = sympy.Symbol(self.free(name, "rate"))
 
 
 def clean(name: str) -> str:
@@ -263,7 +253,7 @@ class SymbolicWalk(Walk):
         self.driven: dict[str, Any] | None = None  # source of a plain value -> the symbol of its rate; None: it has none
         dynamics = Dynamics(twin.graph, twin.signals(), form)
         dynamics.iterated = ()  # formulas, too
-        state = [twin.names.take(form.state_name(port), "state") for port in form.stores]
+        state = [twin.symbol(form.state_name(port), "state") for port in form.stores]
         super().__init__(dynamics, twin.places[TIME], [*state, *(twin.places[d.name] for d in form.displacements)])
 
     def formulas(self) -> list[Any]:
@@ -278,7 +268,7 @@ class SymbolicWalk(Walk):
             variable = form.variable(junction.name)
             if variable not in done and resistors.intersection(form.support[variable]):
                 done.add(variable)
-                symbol = self.twin.names.take(f"f_{junction.name}", "state")
+                symbol = self.twin.symbol(f"f_{junction.name}", "state")
                 yield self.twin.finish(symbol), self.formula(self.whole(variable))
 
     def formula(self, value: Any) -> Any:

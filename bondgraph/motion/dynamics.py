@@ -178,7 +178,7 @@ class Walk:
             elif (signal := self.graph.reading(argument)) is None:
                 values.append(self._places[argument])
             elif signal[0] in "fe":
-                variable = (form.flow if signal[0] == "f" else form.effort)[signal[1]]
+                variable = form.read_variable(*signal)
                 # a modulus is needed before the gains, and reads what stores give
                 values.append(self.outputs[form.column[variable]] if self.gain is None else self.value(variable))
             else:
@@ -700,7 +700,7 @@ class Dynamics:
             for displacement in graph.depends_on(name):
                 read = graph.reading(displacement)
                 if read is not None and read[0] in "fe":
-                    if (form.flow if read[0] == "f" else form.effort)[read[1]] not in settled:
+                    if form.read_variable(*read) not in settled:
                         raise GraphError(
                             f"{graph.where(name)} reads {displacement}, which no store gives from its state: a modulus may "
                             "read such alone"
@@ -786,17 +786,17 @@ class Dynamics:
 
         return iterated
 
-    def within(self, anchors: Mapping[int, float] = MappingProxyType({})) -> PlainRates:
+    def within(self, anchors: Mapping[str, float] = MappingProxyType({})) -> PlainRates:
         """(t, state) -> rates in plain numbers, within one smooth piece; not a number where a law is not defined.
 
-        `anchors` gives, by a displacement's place in the state, the middle of the piece; else laws switch where they are.
+        `anchors` gives the middle of the piece, as for `at`; without it laws switch where they are.
         """
         rates, undefined = self.rates, (math.nan,) * len(self.state.names)
-        places = [self.state.names.index(self.displacement_of[junction]) for junction in self.anchored]
+        places = [(junction, self.state.names.index(self.displacement_of[junction])) for junction in self.anchored]
 
         def at(t: float, values: Sequence[float]) -> Sequence[float]:
             try:
-                return rates(t, *values, *[anchors.get(k, values[k]) for k in places]) if places else rates(t, *values)
+                return rates(t, *values, *[anchors.get(j, values[k]) for j, k in places]) if places else rates(t, *values)
             except (ValueError, ArithmeticError, TypeError):
                 return undefined
 

@@ -259,8 +259,9 @@ class Formulation:
         return f"{'p' if port.element.kind == 'I' else 'q'}_{port.element.name}"
 
     def flow_state(self, junction: str) -> int | None:
-        """The place of the store that alone settles the flow of a 1-junction, through fixed ratios if any."""
-        on = self.support[self.variable(junction)]
+        """The place of the store that alone settles the flow of a 1-junction; None if there is none, or no such junction."""
+        element = self.graph.elements.get(junction)
+        on = self.support[self.variable(junction)] if element is not None and element.kind == "1" else ()
         alone = len(on) == 1 and on[0] < len(self.stores) and self.stores[on[0]].element.kind == "I"
         return on[0] if alone else None
 
@@ -306,9 +307,11 @@ class Formulation:
         if name == self.graph.own(port.element.name):
             return None
         signal = self.graph.reading(name)
-        if signal is None or signal[0] in "pq":
-            return None
-        return (self.flow if signal[0] == "f" else self.effort)[signal[1]]
+        return None if signal is None or signal[0] in "pq" else self.read_variable(*signal)
+
+    def read_variable(self, letter: str, bond: int) -> int:
+        """The flow f or effort e of a bond."""
+        return (self.flow if letter == "f" else self.effort)[bond]
 
     def upstream(self, goals: set[int]) -> tuple[int, ...]:
         """The places of the steps that variables follow by."""

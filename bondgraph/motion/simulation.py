@@ -158,7 +158,7 @@ class _Stepper:
         self.messages: tuple[str, ...] = ()
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.stores)}
         self.anchors: list[Mapping[str, float]] = []
-        self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
+        self.undefined: tuple[float, list[float], Mapping[str, float]] | None = None  # where laws were, last
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self.most = np.zeros(start.size)
         self._rates({})(0.0, start.tolist())  # a state without rates is an error before anything is stepped
@@ -309,8 +309,8 @@ class _Stepper:
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Step]:
             nonlocal taken
-            rates = self._rates(anchors, float(np.nextafter(stop, 0.0)))
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
+            rates = self._rates(by_junction, float(np.nextafter(stop, 0.0)))
             if rtol is None:
                 made = fixed(self.method, rates, t, state, stop, step)
             elif self.method == _TAYLOR:
@@ -397,7 +397,7 @@ class _Stepper:
         states = np.column_stack([self.start, *(run.stretches[k].after for k in some)])
         return energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
 
-    def _rates(self, anchors: Mapping[int, float], last: float = np.inf) -> PlainRates:
+    def _rates(self, anchors: Mapping[str, float], last: float = np.inf) -> PlainRates:
         """The rates within one piece, counted.
 
         At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
@@ -421,7 +421,7 @@ class _Stepper:
         t, values, anchors = self.undefined
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                self.dynamics.at(t, values, {self.junctions[k]: v for k, v in anchors.items() if k in self.junctions})
+                self.dynamics.at(t, values, anchors)
         except (ValueError, ArithmeticError, TypeError) as error:
             return str(error)
         return f"{_NOT_FINITE} at t = {t:.9g} s"
@@ -532,7 +532,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             start[names.index(state)] = value
         elif (follower := next((n for n in (name, f"q_{name}") if n in followers), None)) is not None:
             following[followers[follower]] = name, value
-        elif getattr(dynamics.graph.elements.get(junction), "kind", "") == "1" and form.flow_state(junction) is not None:
+        elif form.flow_state(junction) is not None:
             flows[junction] = value
         else:
             faults.append(_no_state(dynamics, name))
@@ -609,13 +609,10 @@ def _breaks(dynamics: Dynamics, breakpoints: Mapping[str, Any], until: float) ->
 def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
     """The place of the store that settles a 1-junction's flow f_NAME by a fixed ratio, and that ratio."""
     junction, form = name.removeprefix("f_"), dynamics.form
-    if getattr(dynamics.graph.elements.get(junction), "kind", "") != "1" or form.flow_state(junction) is None:
-        return None
-    if any(not dynamics.graph.is_linear(n) for n in form.through(form.variable(junction))):
-        return None
     k = form.flow_state(junction)
-    assert k is not None
-    if form.graph.coupled(form.stores[k].element.name):
+    if k is None or form.graph.coupled(form.stores[k].element.name):
+        return None
+    if not all(map(dynamics.graph.is_linear, form.through(form.variable(junction)))):
         return None
     gain = Walk(dynamics, 0.0, [0.0] * len(dynamics.state.names)).gain[form.variable(junction)][k]
     return (k, float(gain)) if gain else None

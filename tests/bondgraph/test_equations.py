@@ -35,7 +35,7 @@ from bondgraph import (
 from bondgraph.elements import exact
 from bondgraph.motion.algebra import solve_symmetric
 from bondgraph.motion.formulation import Formulation
-from bondgraph.twin import Names, Twin, clean, numeric_function
+from bondgraph.twin import Twin, clean, numeric_function
 from examples.bond_graphs.planar import Bar, four_bar
 from tests.extras import extra
 from tests.limits import sample
@@ -585,8 +585,8 @@ def test_a_law_that_is_no_formula_is_named_with_its_bond():
 
 
 def test_names_are_handed_out_once_as_identifiers():
-    names = Names()
-    taken = [str(names.take(*pair)) for pair in (("a->b", "TF"), ("a b", "I"), ("a.b", "I"), ("2", "C"), ("*", "R"))]
+    names = Twin(slider_crank().build())
+    taken = [str(names.symbol(*pair)) for pair in (("a->b", "TF"), ("a b", "I"), ("a.b", "I"), ("2", "C"), ("*", "R"))]
     assert taken == ["a_b", "I_a_b", "I_a_b_", "x2", "x"]
     assert clean("rod.m") == "rod_m"
 
