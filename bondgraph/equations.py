@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -298,8 +298,7 @@ class StateEquations:
 
         rates = [(rf"\dot{{{sympy.latex(s)}}}", d) for s, d in zip(self.states, self.derivatives, strict=True)]
         rows = rates + [(sympy.latex(s), e) for s, e in self.algebraic]
-        body = " \\\\\n".join(f"{left} &= {sympy.latex(right)}" for left, right in rows)
-        return f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}"
+        return _aligned(f"{left} &= {sympy.latex(right)}" for left, right in rows)
 
     def _whole(self, expression: Any) -> Any:
         return expression.xreplace(self.opaque).doit() if self.opaque else expression
@@ -358,8 +357,13 @@ class MotionEquation:
             left += f" + \\frac{{1}}{{2}} \\left({sympy.latex(self.slope)}\\right) {dot}^{{2}}"
         lines = [f"{left} &= {sympy.latex(self.moment)}"]
         lines += [f"\\dot{{{sympy.latex(s)}}} &= {sympy.latex(e)}" for s, e in self.others]
-        body = " \\\\\n".join(lines)
-        return f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}"
+        return _aligned(lines)
+
+
+def _aligned(lines: Iterable[str]) -> str:
+    """Lines of LaTeX, aligned at their `&`."""
+    body = " \\\\\n".join(lines)
+    return f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}"
 
 
 def state_equations(

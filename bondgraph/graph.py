@@ -493,10 +493,6 @@ class BondGraph:
 
     def _repr_svg_(self) -> str | None:
         """The picture that a notebook shows, with causal strokes; None for a graph with a slow layout."""
-        return self._picture
-
-    @cached_property
-    def _picture(self) -> str | None:
         import bondgraph
 
         if len(self.bonds) > _DRAWN:

@@ -319,10 +319,10 @@ def _settled(
             boxes[ends[near[1]]] = True
             candidates = np.repeat(at[None], len(targets), axis=0)
             candidates[:, list(group)] += shifts[:, None]
-            costs = strain(problem, candidates, group)
-            now = costs[0] + clashes(problem, candidates[:1], group, *near)[0]
+            costs = strain(problem, candidates, mine)
+            now = costs[0] + clashes(problem, candidates[:1], mine, *near)[0]
             better = np.flatnonzero(costs < now - 1e-6)  # clashes only add to it
-            costs = costs[better] + clashes(problem, candidates[better], group, *near)
+            costs = costs[better] + clashes(problem, candidates[better], mine, *near)
             if costs.min(initial=now) < now - 1e-6:
                 at[:] = candidates[better[int(np.argmin(costs))]]
                 clock += 1
@@ -436,14 +436,12 @@ def _crossings(graph: BondGraph, layers: Sequence[Sequence[str]]) -> int:
     return count
 
 
-def clashes(problem: Arrangement, at: Array, group: Sequence[int], boxes: Indices, bonds: Indices) -> Array:
+def clashes(problem: Arrangement, at: Array, chosen: Mask, boxes: Indices, bonds: Indices) -> Array:
     """The cost of a group's flaws, for each set of positions (k, n, 2), never below 0.
 
     That is labels on labels, bonds through labels and crossings, with the other elements and bonds that are given.
     """
     half, ends = problem.half, problem.ends
-    chosen = np.zeros(len(half), dtype=bool)
-    chosen[list(group)] = True
     touched: Mask = np.asarray(chosen[ends].any(axis=1))
     still = bonds[~touched[bonds]]
 
@@ -464,11 +462,9 @@ def clashes(problem: Arrangement, at: Array, group: Sequence[int], boxes: Indice
     return np.asarray(total + _CROSSING * (across * once).sum(axis=(1, 2)))
 
 
-def strain(problem: Arrangement, at: Array, group: Sequence[int]) -> Array:
+def strain(problem: Arrangement, at: Array, chosen: Mask) -> Array:
     """The cost of the lengths, directions and angles of a group's bonds, for each set of positions (k, n, 2)."""
     half, ends = problem.half, problem.ends
-    chosen = np.zeros(len(half), dtype=bool)
-    chosen[list(group)] = True
     touched: Mask = np.asarray(chosen[ends].any(axis=1))
     tail, head = ends[touched].T
     along = at[:, head] - at[:, tail]

@@ -16,25 +16,6 @@ import numpy as np
 from bondgraph.elements import SINGULAR, GraphError, exact, is_symbolic
 from bondgraph.numerics import components
 
-
-def recorded(
-    function: Callable[..., Any], matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]
-) -> list[list[Any]]:
-    """A call of a solver for A X = B, recorded as one call on the entries."""
-    entries = [entry for row in (*matrix, *right) for entry in row]
-    recorder = next(entry.recorder for entry in entries if hasattr(entry, "recorder"))
-    size, columns = len(matrix), len(right[0])
-
-    def flat(*values: Any) -> tuple[Any, ...]:
-        a = [values[i * size : (i + 1) * size] for i in range(size)]
-        rest = values[size * size :]
-        b = [rest[i * columns : (i + 1) * columns] for i in range(size)]
-        return tuple(entry for row in function(a, b) for entry in row)
-
-    results = recorder.call(flat, entries, size * columns)
-    return [results[i * columns : (i + 1) * columns] for i in range(size)]
-
-
 Rows = Sequence[Sequence[Any]]
 
 
@@ -44,14 +25,21 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     >>> solve([[2.0, 0.0], [1.0, 4.0]], [[2.0], [9.0]])
     [[1.0], [2.0]]
     """
-    entries = [entry for row in (*matrix, *right) for entry in row]
-    if any(hasattr(entry, "recorder") for entry in entries):
-        return recorded(_plain, matrix, right)
+    entries, size, columns = [entry for row in (*matrix, *right) for entry in row], len(matrix), len(right[0])
+    recorder = next((entry.recorder for entry in entries if hasattr(entry, "recorder")), None)
+    if recorder is not None:  # one call on the entries
+
+        def flat(*values: Any) -> tuple[Any, ...]:
+            a = [values[i * size : (i + 1) * size] for i in range(size)]
+            b = [values[i : i + columns] for i in range(size * size, len(values), columns)]
+            return tuple(entry for row in _plain(a, b) for entry in row)
+
+        results = recorder.call(flat, entries, size * columns)
+        return [results[i * columns : (i + 1) * columns] for i in range(size)]
     if any(is_symbolic(entry) for entry in entries):
         return _symbolic(matrix, right)
     if not any(isinstance(entry, np.ndarray) for entry in entries):
         return _plain(matrix, right)
-    size, columns = len(matrix), len(right[0])
     shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
     a, b = np.empty((*shape, size, size)), np.empty((*shape, size, columns))
     for i in range(size):
@@ -214,16 +202,12 @@ def _less(value: Any, products: Any) -> Any:
     return value
 
 
-def _quotient(value: Any, divisor: Any) -> Any:
-    if divisor == 0.0:
-        raise GraphError(SINGULAR)
-    return value / divisor
-
-
 def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
     """Solves a system of floats alone."""
     if len(matrix) == 1:
-        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
+        if matrix[0][0] == 0.0:
+            raise GraphError(SINGULAR)
+        return [[entry / matrix[0][0] for entry in right[0]]]
     try:
         solution: list[list[float]] = np.linalg.solve(np.array(matrix), np.array(right)).tolist()
     except np.linalg.LinAlgError as error:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, Element, Function, Here, Law, Modulus
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, TWO_PORTS, Element, Function, Here, Law, Modulus
 from bondgraph.graph import BondGraph
 from bondgraph.motion.dynamics import Dynamics, GraphInstant, by_rows
 from bondgraph.motion.stepping import Step
@@ -90,32 +90,25 @@ class Auditor:
 
         return filled(by_rows(at, [q, anchors, speed, own, self.times]), self.shape)
 
-    def wrong_power(self) -> dict[str, Array]:
-        """The power of each element that its law does not explain; of junctions and two-ports, the power not passed on."""
-        differences = {}
-        for element in self.graph.elements.values():
-            bonds, e, f = self.graph.at(element.name), self.efforts, self.flows
-            if element.kind in JUNCTIONS:
-                common, summed = (f, e) if element.kind == "1" else (e, f)
-                shared = common[bonds[0].number]
-                net = sum((b.sign(element.name) * summed[b.number] for b in bonds), start=np.zeros(self.shape)) * shared
-                apart = [(common[b.number] - shared) * summed[b.number] for b in bonds]
-                differences[element.name] = np.max(np.abs([net, *apart]), axis=0)
-            elif element.kind in ("TF", "GY"):
-                (i, o), ratio = (b.number for b in self.graph.ends(element.name)), self.law(element.name)
-                if element.kind == "TF":
-                    amiss = [(f[o] - ratio * f[i]) * e[o], (e[i] - ratio * e[o]) * f[i]]
-                else:
-                    amiss = [(e[o] - ratio * f[i]) * f[o], (e[i] - ratio * f[o]) * f[i]]
-                differences[element.name] = np.max(np.abs(amiss), axis=0)
+    def wrong_power(self, element: Element) -> Array:
+        """The power of an element that its law does not explain; of a junction or two-port, the power not passed on."""
+        name, e, f = element.name, self.efforts, self.flows
+        if element.kind in JUNCTIONS:
+            bonds, (common, summed) = self.graph.at(name), (f, e) if element.kind == "1" else (e, f)
+            shared = common[bonds[0].number]
+            net = sum((b.sign(name) * summed[b.number] for b in bonds), start=np.zeros(self.shape)) * shared
+            return np.asarray(
+                np.max(np.abs([net, *((common[b.number] - shared) * summed[b.number] for b in bonds)]), axis=0)
+            )
+        if element.kind in TWO_PORTS:
+            (i, o), ratio = (b.number for b in self.graph.ends(name)), self.law(name)
+            if element.kind == "TF":
+                amiss = [(f[o] - ratio * f[i]) * e[o], (e[i] - ratio * e[o]) * f[i]]
             else:
-                differences[element.name] = self._of_one_port(element)
-        return differences
-
-    def _of_one_port(self, element: Element) -> Array:
-        bond = self.graph.bond_of(element.name)
-        effort, flow, into = self.efforts[bond.number], self.flows[bond.number], bond.sign(element.name)
-        name, linear = element.name, self.graph.is_linear(element.name)
+                amiss = [(e[o] - ratio * f[i]) * f[o], (e[i] - ratio * f[o]) * f[i]]
+            return np.asarray(np.max(np.abs(amiss), axis=0))
+        bond = self.graph.bond_of(name)
+        effort, flow, into = self.efforts[bond.number], self.flows[bond.number], bond.sign(name)
         if element.kind in SOURCES:
             return (self.law(name) - (effort if element.kind == "Se" else flow)) * (flow if element.kind == "Se" else effort)
         if element.kind == "R":
@@ -126,7 +119,7 @@ class Auditor:
         stored = self.state.get(f"{'p' if element.kind == 'I' else 'q'}_{name}")
         if stored is None or any(not {f"p_{n}", f"q_{n}"}.intersection(self.state) for n in self.graph.coupled(name)):
             return np.zeros(self.shape)  # a follower, or one of its field: the energy over the run tells
-        value = stored / self.graph.constant(name) if linear else self.law(name, stored)
+        value = stored / self.graph.constant(name) if self.graph.is_linear(name) else self.law(name, stored)
         return (value - into * flow) * effort if element.kind == "I" else (value - effort) * flow
 
     def flow(self, name: str) -> Array:
@@ -169,7 +162,7 @@ def audit(
     kept = [name for name in of("I", "C") if graph.is_linear(name)]
     linear = sum((_energy(ends, name) for name in kept), start=np.zeros(edges.shape))
     stored = linear + since_start([name for name in of("I", "C") if name not in kept])
-    imbalances = {name: float(np.abs(value).max()) for name, value in inside.wrong_power().items() if name in real}
+    imbalances = {n: float(np.abs(inside.wrong_power(e)).max()) for n, e in graph.elements.items() if n in real}
     where = max(imbalances, key=lambda name: imbalances[name], default="")
     largest = [
         {n: float(np.abs(value).max()) for n, value in of.items() if n not in graph.pseudo}

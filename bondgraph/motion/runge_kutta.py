@@ -243,24 +243,6 @@ class MethodStep:
         wide = (slice(None), *(None,) * share.ndim)
         return _evaluated(np.array(self.state)[wide], self._series[(..., *wide[1:])], share)
 
-    def one(self, k: int) -> Callable[[float], float]:
-        """A single state as a function of a time within the step, in plain numbers."""
-        slopes, state, h, t, method = self._complete(), self.state[k], self.h, self.t, self.method
-        gained, last = self.after[k] - state, len(method.weights)
-        first, second = h * slopes[0][k] - gained, 2.0 * gained - h * (slopes[last][k] + slopes[0][k])
-        rows = [h * sum(w * slope[k] for w, slope in zip(row, slopes, strict=False) if w) for row in method.dense]
-        terms = [gained, first, second, *rows]
-        ends = [*enumerate(terms)][::-1]
-
-        def value(time: float) -> float:
-            share = (time - t) / h
-            rest, value = 1.0 - share, 0.0
-            for j, term in ends:
-                value = (value + term) * (rest if j % 2 else share)
-            return value + state
-
-        return value
-
     def _complete(self) -> Sequence[State]:
         """The slopes at all stages, those of the polynomial within the step too."""
         before = len(self.slopes)

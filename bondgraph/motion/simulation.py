@@ -271,9 +271,7 @@ class _Stepper:
 
     def _beside(self, state: Array, distances: Array) -> list[Array]:
         """A state moved by its displacements' distances, to either side."""
-        first, last = self.dynamics.state.stores, len(self.dynamics.state.names)
-        moved = np.zeros(state.size)
-        moved[first:last] = distances[first:last]
+        moved = np.where(np.arange(state.size) < self.dynamics.state.stores, 0.0, distances)
         return [state - moved, state + moved]
 
     def _finished(self, run: Run, error: float, rtol: float | None) -> Run:
@@ -377,10 +375,8 @@ class _Stepper:
 
         A displacement that continues growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
-        first, last = self.dynamics.state.stores, len(self.dynamics.state.names)
-        self.scale = self._scales(run)
-        self.scale[first:last] = np.minimum(self.scale[first:last], 1.0)
-        self.relative = 0.0
+        first, self.scale, self.relative = self.dynamics.state.stores, self._scales(run), 0.0
+        self.scale[first:] = np.minimum(self.scale[first:], 1.0)
 
     def _scales(self, run: Run) -> Array:
         """The scales of a run's states: the greatest value of each, or its share of the energy if that is 0."""
@@ -391,9 +387,7 @@ class _Stepper:
     def _energy_scales(self, run: Run) -> Array:
         """The value of each state with all the energy of a run in it."""
         some = np.unique(np.linspace(0, len(run.stretches) - 1, _SAMPLES).astype(int))
-        anchors = {name: np.array([0.0, *(run.anchors[k][name] for k in some)]) for name in run.anchors[0]}
-        for name, values in anchors.items():
-            values[0] = run.anchors[0][name]
+        anchors = {name: np.array([run.anchors[k][name] for k in (0, *some)]) for name in run.anchors[0]}
         states = np.column_stack([self.start, *(run.stretches[k].after for k in some)])
         return energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
 
