@@ -18,9 +18,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bondgraph.elements import DOMAINS, STORES, Domain, GraphError, One, refuse
 from bondgraph.files import replacement
 from bondgraph.graph import BondGraph, activated, as_graph
@@ -45,6 +42,7 @@ from bondgraph.layout import (
     stroke,
     width,
 )
+from bondgraph.numerics import Array
 from bondgraph.strokes import causality as strokes_of
 from bondgraph.strokes import is_integral
 from bondgraph.words import WordGraph
@@ -54,7 +52,6 @@ if TYPE_CHECKING:
 
     from bondgraph.strokes import Causality
 
-Array = NDArray[np.float64]
 
 COLOURS = {
     "translation": "#D55E00",

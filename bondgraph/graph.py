@@ -293,9 +293,18 @@ class Bond(NamedTuple):
         """The element at the other end."""
         return self.head if name == self.tail else self.tail
 
+    def moved(self, old: str, new: str) -> Bond:
+        """The bond with another element in place of one at its ends."""
+        return Bond(self.number, *(new if name == old else name for name in self[1:]))
+
     def sign(self, name: str) -> float:
         """+1 if power flows into an element along the half arrow, -1 if it flows out."""
         return 1.0 if self.head == name else -1.0
+
+
+def new_bond(bonds: Iterable[Bond], tail: str, head: str) -> Bond:
+    """A bond with the next free number."""
+    return Bond(1 + max(bond.number for bond in bonds), tail, head)
 
 
 @dataclass(frozen=True, eq=False)
@@ -444,6 +453,12 @@ class BondGraph:
     def measured(self) -> frozenset[str]:
         """The 1-junctions whose flow is integrated: by declared displacements, and by the motions of laws and moduli."""
         return frozenset({*self.motions, *(d.of for d in self.displacements.values())})
+
+    @property
+    def varies(self) -> bool:
+        """True if a source, a resistor or a condition varies with the time, a signal or a displacement."""
+        names = {TIME, *self.displacements, *self.signals, *self.motions}
+        return any(names.intersection(self.depends_on(e.name)) for e in self.of_kind(*SOURCES, "R", *JUNCTIONS))
 
     def domain(self, bond: Bond) -> Domain | None:
         """The energy domain of a bond; None if it has no name."""

@@ -25,12 +25,10 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS, Function, GraphError
 from bondgraph.graph import Bond, BondGraph, activated
-from bondgraph.numerics import reached_from
+from bondgraph.numerics import Array, Indices, reached_from
 
 LABEL_SIZE, JUNCTION_SIZE, NAME_SIZE, NUMBER_SIZE = 11.5, 14.0, 8.5, 8.0  # points
 LINE_SPACING = 1.25
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Places = dict[str, tuple[float, float]]
 _WRAP = 12  # characters

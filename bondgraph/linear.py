@@ -21,16 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, full_digits, refuse
-from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.graph import BondGraph, as_graph, new_bond
 from bondgraph.motion.dynamics import Dynamics, Walk
 from bondgraph.motion.formulation import PortBond
 from bondgraph.motion.stepping import field_of
-from bondgraph.numerics import reached_from
+from bondgraph.numerics import Array, reached_from
 from bondgraph.strokes import Causality, Signal, causality, giver
 from bondgraph.strokes import inputs as computed_from
 from bondgraph.twin import SymbolicWalk, Twin
-
-Array = NDArray[np.float64]
 
 _MOST, _LESS = 60, 1e-3  # Newton's steps to an equilibrium; share of the rates that a whole one takes away, at least
 _STEPS = 10.0 ** np.arange(-3.0, -22.0, -3.0)  # of differences, to a state or to 1: of any mixture of units some are right
@@ -283,11 +281,11 @@ def reach(graph: BondGraph, *, inputs: Sequence[str] | None = None, outputs: Seq
             port, junction = junction, f"{name} shown"
             elements[junction] = Element("1" if name[0] in "fp" else "0", junction)
             place = next(k for k, b in enumerate(bonds) if port in b[1:])
-            number, tail, head = 1 + max(b.number for b in bonds), bonds[place].tail, bonds[place].head
-            bonds.append(Bond(number, junction, port) if head == port else Bond(number, port, junction))
-            bonds[place] = Bond(bonds[place].number, *((tail, junction) if head == port else (junction, head)))
+            inward = bonds[place].head == port
+            bonds[place] = bonds[place].moved(port, junction)
+            bonds.append(new_bond(bonds, *((junction, port) if inward else (port, junction))))
         elements[f"{name} sensor"] = Element("R", f"{name} sensor", 1.0)
-        bonds.append(Bond(1 + max(b.number for b in bonds), junction, f"{name} sensor"))
+        bonds.append(new_bond(bonds, junction, f"{name} sensor"))
     sensed = replace(graph, elements=elements, bonds=tuple(bonds), parts=True)
     end = ", ".join(signals) or "any output"
     return Reach(lost, beyond(shown, sensed, lambda store: f"no causal path leads from {store} to {end}"))

@@ -21,6 +21,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 F = TypeVar("F", bound=np.floating[Any])
 T = TypeVar("T", bound=Hashable)
 
@@ -369,7 +370,7 @@ class Summits(NamedTuple):
 _SMOOTH = 1e-11  # of a value: a summit is smooth if its parabola differs by less, a quarter of a step beside the top too
 
 
-def summits(value: Callable[[Array, NDArray[np.intp]], Array], low: Array, high: Array, points: int, rounds: int) -> Summits:
+def summits(value: Callable[[Array, Indices], Array], low: Array, high: Array, points: int, rounds: int) -> Summits:
     """The greatest values between places (n,), by values (m, points) at places evenly between m of them, ever closer.
 
     `value` has the numbers of those m with the places. A smooth summit is the top of its parabola.

@@ -26,7 +26,7 @@ from itertools import chain, combinations, count
 from typing import NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, GraphError, Law, Modulus, One, refuse
-from bondgraph.graph import Bond, BondGraph, Builder, as_graph, neighbours
+from bondgraph.graph import Bond, BondGraph, Builder, as_graph, neighbours, new_bond
 from bondgraph.numerics import reached_from
 from bondgraph.strokes import Causality
 from bondgraph.strokes import causality as strokes_of
@@ -189,7 +189,7 @@ def drop_zero_velocity(graph: BondGraph, names: Iterable[str] = (), keep: Iterab
                 action = Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
             else:
                 source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
-                graph = edited(graph, [*graph.bonds, new_bond(graph, source.name, name)], (), [source])
+                graph = edited(graph, [*graph.bonds, new_bond(graph.bonds, source.name, name)], (), [source])
                 why = "it must stay, and does not move"
                 action = Action("zero velocity", f"Sf:{source.name} = 0 holds 1:{name}", why, ())
             log.append(action)
@@ -281,10 +281,7 @@ def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
         what = f"{kind}:{goes} becomes part of {kind}:{stays}"
         what += "".join(f", displacement {d.name!r} moves there" for d in graph.displacements.values() if d.of == goes)
         numbers = tuple(b.number for b in between)
-        moved = {goes: stays}
-        bonds = [
-            Bond(b.number, moved.get(b.tail, b.tail), moved.get(b.head, b.head)) for b in graph.bonds if b not in between
-        ]
+        bonds = [bond.moved(goes, stays) for bond in graph.bonds if bond not in between]
         elements = {}
         for name, element in graph.elements.items():
             law = element.law
@@ -292,7 +289,7 @@ def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
                 law = law._replace(motion=law.motion._replace(of=stays))
             elements[name] = element._replace(law=law)
         del elements[goes]
-        displacements = {name: d._replace(of=moved.get(d.of, d.of)) for name, d in graph.displacements.items()}
+        displacements = {name: d._replace(of=stays if d.of == goes else d.of) for name, d in graph.displacements.items()}
         merged = replace(graph, elements=elements, bonds=tuple(bonds), displacements=displacements)
         why = "both have one flow" if kind == "1" else "both have one effort"
         return merged, Action("equal junctions", what, why, numbers)
@@ -323,10 +320,9 @@ def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:
             if len(reached_from(bond.tail, neighbours(graph.elements, bonds))) < len(graph.elements):
                 continue  # it holds the graph together
             copy = source._replace(name=fresh_name(graph, source.name))
-            ends = (copy.name if n == junction else n for n in bond[1:])
             what = f"{source.kind}:{copy.name}, a copy of {source.name}, takes the place of {kind}:{junction} there"
             why = f"{source.name} sets all of {kind}:{junction}"
-            simpler = edited(graph, [*bonds, Bond(bond.number, *ends)], (), [copy])
+            simpler = edited(graph, [*bonds, bond.moved(junction, copy.name)], (), [copy])
             return simpler, Action("source at a junction", what, why, (bond.number,))
     return None
 
@@ -352,9 +348,9 @@ def _double_difference(graph: BondGraph, kept: frozenset[str]) -> _Step:
                 continue
             rate = One(fresh_name(graph, f"{stays}.rate"), graph.elements[stays].domain)
             gone = (*ring, dropped, third)
-            hung = [Bond(b.number, *(rate.name if n in (stays, goes) else n for n in b[1:])) for b in (third, dropped)]
+            hung = [third.moved(stays, rate.name), dropped.moved(goes, rate.name)]
             ends = (rate.name, stays) if signs[2] > 0 else (stays, rate.name)
-            bonds = [*(b for b in graph.bonds if b not in gone), *hung, new_bond(graph, *ends)]
+            bonds = [*(b for b in graph.bonds if b not in gone), *hung, new_bond(graph.bonds, *ends)]
             what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to the elements of both"
             numbers = tuple(b.number for b in gone)
             action = Action("double difference", what, "both take the same difference of two flows", numbers)
@@ -430,7 +426,7 @@ def without(graph: BondGraph, start: str, pins: Iterable[FreedBond], kept: froze
     for name, zero in zeros.items():
         if not has_zero_source(graph, name, zero, left) and not _equal(graph, name, left) & {b.head for b in fresh}:
             sources.append(Element(zero, fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain))
-            fresh.append(new_bond(graph, sources[-1].name, name, len(fresh)))
+            fresh.append(new_bond((*graph.bonds, *fresh), sources[-1].name, name))
     bonds = left + fresh
 
     # the connected pieces that the graph falls into; junctions and two-ports alone are none
@@ -477,11 +473,6 @@ def fresh_name(graph: BondGraph, name: str) -> str:
     """The name itself, or the first of NAME.2, NAME.3... that is still free."""
     names = chain([name], (f"{name}.{k}" for k in count(2)))
     return next(n for n in names if n not in graph.elements)
-
-
-def new_bond(graph: BondGraph, tail: str, head: str, ahead: int = 0) -> Bond:
-    """A bond with the next free number, or one further ahead."""
-    return Bond(max(bond.number for bond in graph.bonds) + 1 + ahead, tail, head)
 
 
 # -- the formal procedure ----------------------------------------------------------------------------------------------

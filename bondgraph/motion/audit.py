@@ -10,14 +10,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TIME, TWO_PORTS, Element, Function, Here, Law, Modulus
 from bondgraph.graph import BondGraph
 from bondgraph.motion.dynamics import Dynamics, GraphInstant, by_rows
 from bondgraph.motion.stepping import Step
-
-Array = NDArray[np.float64]
+from bondgraph.numerics import Array, Indices
 
 _NO_POWER = 1e-60  # W: less than this is the remains of an iteration towards zero
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -132,9 +130,7 @@ class Auditor:
         return self.efforts[self.graph.bond_of(name).number] * self.flow(name)
 
 
-def audit(
-    stretches: Sequence[Step], looked_at: Callable[[Array, NDArray[np.int_]], Auditor], impacts: Sequence[int] = ()
-) -> Audit:
+def audit(stretches: Sequence[Step], looked_at: Callable[[Array, Indices], Auditor], impacts: Sequence[int] = ()) -> Audit:
     """Audit a run, from five points in each of its steps; `looked_at(times, owner)` gives the motion there.
 
     Energy that linear stores lose where one of the stretches `impacts` begins counts as dissipated. Bonds of heat carry no

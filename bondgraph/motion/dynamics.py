@@ -17,7 +17,6 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import (
     SOURCES,
@@ -37,6 +36,7 @@ from bondgraph.graph import BondGraph, Ratio, SolutionStep, as_graph, constant, 
 from bondgraph.motion.algebra import SOUGHT, Balance, settle, solutions, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, OutputGroup, PortBond, exact_gains, loop_name, unsolvable
 from bondgraph.motion.runge_kutta import MANY
+from bondgraph.numerics import Array
 from bondgraph.recording import Recorded, Recorder
 
 _CANCELLED = 1e-9  # of the greatest gain: what rounding leaves of shares that cancel
@@ -612,7 +612,6 @@ def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here
 
 
 _NUMBERED = (*SOURCES, *STORES, "R", "TF", "GY")
-Array = NDArray[np.float64]
 Rates = Callable[..., tuple[Any, ...]]
 PlainRates = Callable[[float, Sequence[float]], Sequence[float]]
 

@@ -17,7 +17,7 @@ the transformer is the state, without an inertia of its own, so that dead centre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -39,11 +39,11 @@ from bondgraph.elements import (
     refuse,
 )
 from bondgraph.graph import (
-    Bond,
     BondGraph,
     Relation,
     SolutionStep,
     constant,
+    new_bond,
     places,
     plan,
     ratios,
@@ -225,12 +225,9 @@ class Formulation:
 
     def _move_state(self, junction: str) -> None:
         """Makes the flow of a 1-junction a state of its own, in place of an inertia behind it, where causality allows it."""
-        name = f"{junction}*"
-        while name in self.graph.elements:
-            name += "*"
-        number = max(b.number for b in self.graph.bonds) + 1
-        elements = {**self.graph.elements, name: I(name, 0.0)}
-        more = replace(self.graph, elements=elements, bonds=(*self.graph.bonds, Bond(number, junction, name)))
+        name = _starred(self.graph.elements, f"{junction}*")
+        elements, bonds = {**self.graph.elements, name: I(name, 0.0)}, self.graph.bonds
+        more = replace(self.graph, elements=elements, bonds=(*bonds, new_bond(bonds, junction, name)))
         preferences = dict.fromkeys((*self.massless, name), "integral")
         assignment = causality(more, preferences)
         moved = set(self.strokes.integral) - set(assignment.integral)
@@ -332,6 +329,13 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
             yield Displacement(junction, junction)
 
 
+def _starred(taken: Container[str], name: str) -> str:
+    """The name with as many stars behind it as it takes to be new."""
+    while name in taken:
+        name += "*"
+    return name
+
+
 def _check_rank(graph: BondGraph, block: SolutionStep) -> None:
     """Refuses a system that its numbers make singular; moduli count as numbers in no relation to each other."""
     numbers: dict[int, float] = {}
@@ -343,8 +347,7 @@ def _check_rank(graph: BondGraph, block: SolutionStep) -> None:
                 value = float(ratio) if constant else numbers.setdefault(id(ratio), math.sqrt(2.3 + len(numbers)))  # type: ignore[arg-type]
                 matrix[row, block.unknown.index(variable)] += sign * value
     matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
-    sizes = np.linalg.svd(matrix, compute_uv=False)
-    if not sizes[-1] > _SINGULAR * sizes[0]:
+    if np.linalg.matrix_rank(matrix, rtol=_SINGULAR) < len(matrix):
         raise GraphError(_contradiction(graph, block.relations))
 
 
@@ -368,13 +371,8 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
     slopes = {places: slope for names in fields.values() for places, slope in _slopes(graph, names).items()}
     elements, bonds = dict(graph.elements), list(graph.bonds)
 
-    def joined(tail: str, head: str) -> None:
-        bonds.append(Bond(1 + max(b.number for b in bonds), tail, head))
-
     def added(element: Element) -> str:
-        name = element.name
-        while name in elements:
-            name += "*"
+        name = _starred(elements, element.name)
         elements[name] = element._replace(name=name)
         return name
 
@@ -383,7 +381,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
         place = next(k for k, b in enumerate(bonds) if b.head == port)
         junction = added(Element(kind, f"{port}*"))
         bonds[place] = bonds[place]._replace(head=junction)
-        joined(junction, port)
+        bonds.append(new_bond(bonds, junction, port))
         return junction
 
     beside: dict[str, str] = {}
@@ -399,7 +397,7 @@ def without_shared_followers(graph: BondGraph, strokes: Causality) -> tuple[Bond
             tie = added(Element("TF", f"{n}->{name}", _law_of(-ratio if inertia else ratio)))
             ties.setdefault(name, []).append((n, tie))
             for tail, head in ((store, tie), (tie, beside[n])) if inertia else ((beside[n], tie), (tie, store)):
-                joined(tail, head)
+                bonds.append(new_bond(bonds, tail, head))
             for m in others:
                 slopes[n, m] = _less(slopes[n, m], ratio * slopes[name, m])
         elements[name] = elements[name]._replace(law=_law_of(1 / pivot))

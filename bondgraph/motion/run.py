@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import ONE_PORTS, GraphError
 from bondgraph.graph import BondGraph
@@ -21,9 +20,8 @@ from bondgraph.motion import runge_kutta, stepping
 from bondgraph.motion.audit import Audit, Auditor, audit
 from bondgraph.motion.dynamics import Dynamics, GraphInstant, Walk
 from bondgraph.motion.stepping import Step
+from bondgraph.numerics import Array, Indices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Mode = tuple[int, ...]  # of every switch: 1 on (0 off); of a dry resistor 1 or -1 sliding, 0 at rest
 
 _MOST_COMPARED = 20_000  # steps at which two runs are

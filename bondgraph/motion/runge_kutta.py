@@ -22,9 +22,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bondgraph.numerics import Array, Indices
+
 State = tuple[float, ...]
 Rates = Callable[[float, Any], Any]
 
@@ -283,7 +283,7 @@ def _evaluated(state: Array, series: Array, share: Array) -> Array:
     return np.asarray(values + state)
 
 
-def at(steps: Sequence[MethodStep], owners: NDArray[np.intp], times: Array) -> Array:
+def at(steps: Sequence[MethodStep], owners: Indices, times: Array) -> Array:
     """States (k, n) at times (n,), each by the step that owns it, for steps of one method."""
     used, where = np.unique(owners, return_inverse=True)
     mine = [steps[owner] for owner in used.tolist()]

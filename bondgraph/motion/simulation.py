@@ -16,7 +16,6 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import TIME, GraphError, refuse
 from bondgraph.graph import BondGraph, as_graph
@@ -28,19 +27,16 @@ from bondgraph.motion.run import Run, difference, rounding
 from bondgraph.motion.runge_kutta import RateField, decay
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
 from bondgraph.motion.switching import Switched, dry_resistors
-from bondgraph.numerics import count, counting
-
-Array = NDArray[np.float64]
+from bondgraph.numerics import Array, count, counting
 
 _LOOSE = 1e-5  # of what is asked: down to it order 5 takes less work than order 8
 _PLAIN_PILOT, _FIRST_LOOSE = 1e-3, 0.02  # of explicit steps, and of those of order 5, for stepping.PILOT and stepping.FIRST
 _FIXED_RATIO = 0.382  # of the shorter step that a fixed one is compared with: no simple part of it, so that no load hides
-_LEAST_STEPS = 400  # steps of a run whose loads vary, at least
 _SAMPLES = 400  # times at which a run's powers are summed up
 _EVALUATIONS = 2_000_000  # of the rates, all runs together
 _NO_ENERGY = math.sqrt(np.finfo(float).eps)  # of the state that would hold all of it: the energy of less is rounding of it
 
-_STABLE = {"RK23": 2.5, "RK45": 3.3, "DOP853": 6.1, "LSODA": 0.5}  # step times decay rate
+_STABLE = {"RK23": 2.5, "LSODA": 0.5} | {name: stepping.STABLE[method.order] for name, method in PLAIN.items()}
 _OBSERVED = 500  # steps after which a method's steps are held against that: any mode at that limit has decayed by then
 _MANY = 2000  # steps: fewer are as well taken by the explicit method
 _STIFF = "Radau"
@@ -279,10 +275,8 @@ class _Stepper:
 
     def _longest(self) -> float:
         """A step's longest time: loads that vary are sampled often, so that no step misses one."""
-        graph = self.dynamics.graph
-        names = {TIME, *graph.displacements, *graph.signals, *graph.motions}
-        varying = any(names.intersection(graph.depends_on(e.name)) for e in graph.of_kind("Se", "Sf", "R"))
-        return self.until / _LEAST_STEPS if varying and not self.breaks and not self.times else np.inf
+        varies = self.dynamics.graph.varies and not self.breaks and not self.times
+        return self.until / stepping.LEAST_STEPS if varies else np.inf
 
     def _run(
         self,

@@ -12,12 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import GraphError
-from bondgraph.numerics import chebyshev_series, first_change, root
+from bondgraph.numerics import Array, chebyshev_series, first_change, root
 
-Array = NDArray[np.float64]
 Accelerations = Callable[[Array], Array]
 """The accelerations (2, n) at times (n,) with which a body at rest would begin to move: forwards, and backwards."""
 

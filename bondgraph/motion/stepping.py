@@ -17,16 +17,13 @@ from itertools import islice, pairwise
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Implicit, Method, RateField, Rates, decay
-from bondgraph.numerics import JUST_STARTED, chebyshev_series, first_change, root
+from bondgraph.numerics import JUST_STARTED, Array, Indices, chebyshev_series, first_change, root
 
 R = TypeVar("R")
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Field = Callable[[float, Array], Array]
 
 PLAIN: Mapping[str, Method] = {"RK45": ORDER_5, "DOP853": ORDER_8}  # stepped without arrays
@@ -35,6 +32,7 @@ TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding 
 PILOT, FIRST = 1e-4, 0.002  # tolerance of the run that only tells how large the states become; of the next, to rtol
 FINEST, SHORTER = 1e-13, 0.7  # tolerance of a run's steps, below which rounding wins; further runs' steps to those before
 WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which two runs are compared
+LEAST_STEPS = 400  # of a run whose loads vary
 _MOST_RUNS = 12
 _NEAR = 1e-12  # of a period (or of 1): closer to a break than this is on it
 _SPACING = float(np.finfo(float).eps)
@@ -87,7 +85,7 @@ class Step(NamedTuple):
         return np.inf
 
 
-def owners(stretches: Sequence[Step], times: Array) -> Index:
+def owners(stretches: Sequence[Step], times: Array) -> Indices:
     """The places of the steps that times lie in."""
     ends = np.array([s.end for s in stretches])
     return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
@@ -394,7 +392,7 @@ _LINEAR = 1e-8  # of a step: its square is rounding
 _SECOND = 0.1 * TIGHTEST  # of a state: the second term of a remainder, beside which the others are rounding
 _MOST_LANDINGS = 8
 _ALIKE = 0.01  # of a speed: a greater change on the way to a piece's end is not foreseen by a mean
-_STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
+STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
 _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
 _PARTS = 3  # in which an implicit step is divided, each as smooth as an explicit step
 
@@ -529,7 +527,7 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
         if along is not None and taken % _MANY == 0:
             cheaper, mean, now = not along.plain, (solver.t - t) / taken, np.array(solver.y)
             if along.plain and piece.rest(solver.f[0], solver.t, now) > _MANY * mean:  # where stability limits many steps
-                cheaper = mean * decay(along, solver.t, now) > 0.5 * _STABLE[solver.method.order]
+                cheaper = mean * decay(along, solver.t, now) > 0.5 * STABLE[solver.method.order]
             if cheaper:
                 rest = piece._replace(along=along._replace(stiff=0.0, plain=False))
                 yield from _onwards(rest, solver.t, now, None, method)

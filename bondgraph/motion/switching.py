@@ -22,18 +22,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bondgraph.elements import OWN_FLOW, TIME, Element, Function, GraphError, refuse
-from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.elements import OWN_FLOW, Element, Function, GraphError, refuse
+from bondgraph.graph import BondGraph, as_graph, new_bond
 from bondgraph.motion import stepping
 from bondgraph.motion.algebra import Balance, settle
 from bondgraph.motion.audit import Auditor
 from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
 from bondgraph.motion.run import Event, Mode, Run, difference, rounding
 from bondgraph.motion.stepping import Events, Step, adaptive, crossing, fixed
-
-Array = NDArray[np.float64]
+from bondgraph.numerics import Array
 
 _ON, _DRY = {0: "off", 1: "on"}, {0: "at rest", 1: "sliding", -1: "sliding back"}
 _TINY = 1e-300  # a flow of either sign, by which a law that jumps is asked for its two values
@@ -43,7 +41,6 @@ _JUMP = 1e-9  # of the law at 1: less is none
 _NOTHING = 1e-12  # of the greatest value so far: closer to its change a condition is at it
 _AT_ONCE, _SOON = 20, 1e-9  # events within a share of the time, beyond which they chatter
 _MOST_EVENTS = 20_000
-_LEAST_STEPS = 400  # of a run whose laws vary with time or displacements
 
 
 def mode(graph: BondGraph, **states: Any) -> BondGraph:
@@ -67,7 +64,7 @@ def mode(graph: BondGraph, **states: Any) -> BondGraph:
 
     def hang(junction: str, name: str, kind: str) -> None:
         elements[name] = Element(kind, name, 0.0)
-        bonds.append(Bond(1 + max(b.number for b in bonds), name, junction))
+        bonds.append(new_bond(bonds, name, junction))
 
     for name, state in states.items():
         kind, law = graph.elements[name].kind, graph.elements[name].law
@@ -83,7 +80,7 @@ def mode(graph: BondGraph, **states: Any) -> BondGraph:
             for k, bond in enumerate(graph.at(name)[1:], 2):
                 other, place = f"{name}.{k}", bonds.index(next(b for b in bonds if b.number == bond.number))
                 elements[other] = Element(kind, other, None, graph.elements[name].domain)
-                bonds[place] = bond._replace(tail=other) if bond.tail == name else bond._replace(head=other)
+                bonds[place] = bond.moved(name, other)
                 hang(other, f"{other}.off", source)
     return replace(graph, elements=elements, bonds=tuple(bonds), parts=True)
 
@@ -250,9 +247,7 @@ class Switched:
 
     def follow(self, start: tuple[Mode, Array], until: float, rtol: float, method: str) -> Run:
         """The motion within rtol: runs at tighter tolerance until two agree, in their events too."""
-        names, acting = {TIME, *self.graph.displacements, *self.graph.signals}, self.graph.of_kind("Se", "Sf", "R", "0", "1")
-        varies = any(names.intersection(self.graph.depends_on(element.name)) for element in acting)
-        longest = until / _LEAST_STEPS if varies else math.inf
+        longest = until / stepping.LEAST_STEPS if self.graph.varies else math.inf
         tolerance = max(stepping.FIRST * rtol, 10.0 * stepping.FINEST)
 
         def tighter(tolerance: float, looser: Run) -> tuple[Run, float]:
