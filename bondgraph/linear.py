@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import JUNCTIONS, TIME, Element, Function, GraphError, full_digits, refuse
 from bondgraph.graph import BondGraph, as_graph, new_bond
-from bondgraph.motion.dynamics import Dynamics, Walk
+from bondgraph.motion.dynamics import Dynamics, RateLog, Walk
 from bondgraph.motion.formulation import PortBond
 from bondgraph.motion.stepping import field_of
 from bondgraph.numerics import Array, reached_from
@@ -337,7 +337,7 @@ def equilibrium(
 
     """
     dynamics = Dynamics(graph, signals)
-    names, at = dynamics.state.names, partial(field_of(dynamics.within()), 0.0)
+    names, at = dynamics.state.names, partial(field_of(dynamics.within(RateLog())), 0.0)
     start = dict.fromkeys(names, 0.0) | {d.name: float(d.initial) for d in dynamics.form.displacements}
     refuse(f"near {name!r}: no such state; they are {', '.join(names)}" for name in near or {} if name not in names)
     state = np.array([(start | dict(near or {}))[name] for name in names])
@@ -454,7 +454,7 @@ def linearize(
 
     graph = as_graph(graph)
     dynamics = Dynamics(graph, signals)
-    names, rates_of = dynamics.state.names, partial(field_of(dynamics.within()), 0.0)
+    names, rates_of = dynamics.state.names, partial(field_of(dynamics.within(RateLog())), 0.0)
     try:
         point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
     except GraphError as error:

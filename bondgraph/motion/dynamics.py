@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
@@ -616,6 +617,14 @@ Rates = Callable[..., tuple[Any, ...]]
 PlainRates = Callable[[float, Sequence[float]], Sequence[float]]
 
 
+@dataclass
+class RateLog:
+    """The number of evaluations of rates so far, and the last time, state and anchors at which they were not defined."""
+
+    evaluations: int = 0
+    undefined: tuple[float, list[float], Mapping[str, float]] | None = None
+
+
 class StateLayout(NamedTuple):
     """Contents of a graph's state: names, in order, and the numbers of stores' states and displacements."""
 
@@ -785,19 +794,27 @@ class Dynamics:
 
         return iterated
 
-    def within(self, anchors: Mapping[str, float] = MappingProxyType({})) -> PlainRates:
+    def within(
+        self, log: RateLog, anchors: Mapping[str, float] = MappingProxyType({}), last: float = math.inf
+    ) -> PlainRates:
         """(t, state) -> rates in plain numbers, within one smooth piece; not a number where a law is not defined.
 
-        `anchors` gives the middle of the piece, as for `at`; without it laws switch where they are.
+        `anchors` gives the middle of the piece, as for `at`; without it laws switch where they are. From the piece's end on
+        the time is `last`, just before: a law that jumps there is still on its branch.
         """
-        rates, undefined = self.rates, (math.nan,) * len(self.state.names)
+        rates, finite, undefined = self.rates, math.isfinite, (math.nan,) * len(self.state.names)
         places = [(junction, self.state.names.index(self.displacement_of[junction])) for junction in self.anchored]
 
         def at(t: float, values: Sequence[float]) -> Sequence[float]:
+            log.evaluations += 1
+            t = t if t < last else last
             try:
-                return rates(t, *values, *[anchors.get(j, values[k]) for j, k in places]) if places else rates(t, *values)
+                slopes = rates(t, *values, *[anchors.get(j, values[k]) for j, k in places]) if places else rates(t, *values)
             except (ValueError, ArithmeticError, TypeError):
-                return undefined
+                slopes = undefined
+            if not finite(sum(slopes)) and finite(sum(values)):
+                log.undefined = t, [*values], anchors
+            return slopes
 
         return at
 

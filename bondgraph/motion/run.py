@@ -183,14 +183,15 @@ class Run:
         flows, efforts = ({number: np.zeros(times.size) for number in numbers} for _ in "fe")
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         for mode in dict.fromkeys(self.modes[owner] for owner in np.unique(owners)):
-            mine, dynamics = np.array([self.modes[owner] == mode for owner in owners]), self.phases[mode]
+            dynamics, alone = self.phases[mode], len(self.phases) == 1
+            mine: Any = slice(None) if alone else np.array([self.modes[owner] == mode for owner in owners])
             values = self._dense(times[mine], owners[mine])
             walk = Walk(dynamics, times[mine], list(values), {junction: at[mine] for junction, at in anchors.items()})
             instant = walk.instant()
             for number in numbers:
                 flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
             by_name = dict(zip(dynamics.state.names, values, strict=True))
-            by_name |= walk.following() if len(self.phases) > 1 else {}
+            by_name |= {} if alone else walk.following()
             for row, name in enumerate(self.names):
                 if name in by_name:
                     states[row, mine] = by_name[name]

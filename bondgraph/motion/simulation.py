@@ -22,7 +22,7 @@ from bondgraph.graph import BondGraph, as_graph
 from bondgraph.motion import stepping
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.audit import filled, lost_heat
-from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
+from bondgraph.motion.dynamics import Dynamics, PlainRates, RateLog, Walk
 from bondgraph.motion.run import Run, difference, rounding
 from bondgraph.motion.runge_kutta import RateField, decay
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, Step, StepError, adaptive, fixed, through_breaks
@@ -113,7 +113,7 @@ def simulate(
         else:
             _check_count(method, step, until, int(evaluations))
             run = switched.stepped(begin, until, method, (step, _FIXED_RATIO * step))
-        run = replace(run, rtol=rtol if step is None else None, evaluations=switched.evaluations, method=method)
+        run = replace(run, rtol=rtol if step is None else None, evaluations=switched.log.evaluations, method=method)
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
@@ -149,16 +149,15 @@ class _Stepper:
     ) -> None:
         self.dynamics, self.method, self.until, self.start = dynamics, method, until, start
         self.breaks, self.times = breaks
-        self.evaluations, self.budget = 0, budget
+        self.log, self.budget = RateLog(), budget
         self.stiffness_checked = False
         self.messages: tuple[str, ...] = ()
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.stores)}
         self.anchors: list[Mapping[str, float]] = []
-        self.undefined: tuple[float, list[float], Mapping[str, float]] | None = None  # where laws were, last
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self.most = np.zeros(start.size)
         self._rates({})(0.0, start.tolist())  # a state without rates is an error before anything is stepped
-        if self.undefined is not None:
+        if self.log.undefined is not None:
             why = self._undefined_reason()
             dead = self._dead_centre([], start, 0.0) if WEIGHTLESS in why else None
             raise GraphError(f"there are no rates at the start: {why}") if dead is None else _DeadCentreError(*dead, None)
@@ -197,11 +196,11 @@ class _Stepper:
             return self._tightened(rtol, tolerance)
         except _StiffnessError as error:
             method, slow = self.method, error
-        before, budget, loose = self.evaluations, self.budget, max(stepping.PILOT, rtol)
+        before, budget, loose = self.log.evaluations, self.budget, max(stepping.PILOT, rtol)
         self.method, self.stiffness_checked, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
         try:
             self._run(loose, longest=self._longest(), dense=False)
-            cheaper = (self.evaluations - before) * (loose / tolerance) ** 0.2 < slow.evaluations
+            cheaper = (self.log.evaluations - before) * (loose / tolerance) ** 0.2 < slow.evaluations
         except _DeadCentreError:
             raise
         except GraphError:
@@ -252,7 +251,7 @@ class _Stepper:
             return
         method, start, budget = self.method, self.start, self.budget
         self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
-        self.budget = min(budget, self.evaluations + _PILOT_EVALUATIONS)
+        self.budget = min(budget, self.log.evaluations + _PILOT_EVALUATIONS)
         try:
             eps = 4.0 * np.finfo(float).eps
             for begin in self._beside(start, eps * np.abs(start)) if self._rounded_away() else [start]:
@@ -263,7 +262,7 @@ class _Stepper:
         except GraphError:  # the run that was asked for will tell
             pass
         finally:
-            self.method, self.start, self.budget, self.undefined = method, start, budget, None
+            self.method, self.start, self.budget, self.log.undefined = method, start, budget, None
 
     def _beside(self, state: Array, distances: Array) -> list[Array]:
         """A state moved by its displacements' distances, to either side."""
@@ -271,7 +270,8 @@ class _Stepper:
         return [state - moved, state + moved]
 
     def _finished(self, run: Run, error: float, rtol: float | None) -> Run:
-        return replace(run, error=error, rtol=rtol, evaluations=self.evaluations, method=self.method, messages=self.messages)
+        run = replace(run, evaluations=self.log.evaluations, method=self.method, messages=self.messages)
+        return replace(run, error=error, rtol=rtol)
 
     def _longest(self) -> float:
         """A step's longest time: loads that vary are sampled often, so that no step misses one."""
@@ -289,7 +289,7 @@ class _Stepper:
     ) -> Run:
         """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
-        anywhere, taken, began = stepping.field_of(self._rates({})), 0, self.evaluations
+        anywhere, taken, began = stepping.field_of(self._rates({})), 0, self.log.evaluations
         stretches: list[Step] = []
         within, lasts = dense or bool(self.breaks), [0.0]
         length: Callable[[float], float] | None = None
@@ -315,13 +315,13 @@ class _Stepper:
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
-                self.evaluations += (
+                self.log.evaluations += (
                     len(stretch.dense.terms) if self.method == _TAYLOR and stretch.start == stretch.dense.time else 0
                 )
                 if self.method in _STABLE and taken % _OBSERVED == 0:
-                    mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
+                    mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.log.evaluations - began) / taken
                     lasts.append(stretch.end)
-                    left = mean_step * (self.budget - self.evaluations)
+                    left = mean_step * (self.budget - self.log.evaluations)
                     if self.method in _EXPLICIT and (self.until - stretch.end) * cost > left:
                         dead = self._dead_centre(stretches, stretch.after, stretch.end)
                         if dead is not None:
@@ -329,7 +329,7 @@ class _Stepper:
                     if self.stiffness_checked:
                         self._check_stiffness(rates, stretch, mean_step, cost)
                 yield stretch
-                if self.evaluations > self.budget:
+                if self.log.evaluations > self.budget:
                     other = "DOP853" if self.method in ("RK23", "RK45") else "LSODA"
                     advice = f"a larger rtol, give a jump's or kink's places as breaks, or use another method ({other})"
                     advice = "longer steps" if self.method in FIXED else advice
@@ -343,7 +343,7 @@ class _Stepper:
         except _DeadCentreError:
             raise
         except GraphError as error:
-            why = "" if self.undefined is None else self._undefined_reason()
+            why = "" if self.log.undefined is None else self._undefined_reason()
             if isinstance(error, StepError) and (not why or WEIGHTLESS in why or _NOT_FINITE in why):
                 last = stretches[-1] if stretches else Step(None, 0.0, 0.0, after=self.start)
                 dead = self._dead_centre(stretches, last.after, last.end)
@@ -386,27 +386,19 @@ class _Stepper:
         return energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
 
     def _rates(self, anchors: Mapping[str, float], last: float = np.inf) -> PlainRates:
-        """The rates within one piece, counted.
-
-        At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
-        """
-        rates, finite, tallied = self.dynamics.within(anchors), math.isfinite, counting()
+        """The rates within one piece, counted for whoever counts."""
+        rates = self.dynamics.within(self.log, anchors, last)
 
         def counted(t: float, values: Sequence[float]) -> Sequence[float]:
-            self.evaluations += 1
-            if tallied:
-                count(1)
-            slopes = rates(t if t < last else last, values)
-            if not finite(sum(slopes)) and finite(sum(values)):
-                self.undefined = min(t, last), [*values], anchors
-            return slopes
+            count(1)
+            return rates(t, values)
 
-        return counted
+        return counted if counting() else rates
 
     def _undefined_reason(self) -> str:
         """The reason why the last evaluation gave no rates."""
-        assert self.undefined is not None
-        t, values, anchors = self.undefined
+        assert self.log.undefined is not None
+        t, values, anchors = self.log.undefined
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
                 self.dynamics.at(t, values, anchors)

@@ -28,7 +28,7 @@ from bondgraph.graph import BondGraph, as_graph, new_bond
 from bondgraph.motion import stepping
 from bondgraph.motion.algebra import Balance, settle
 from bondgraph.motion.audit import Auditor
-from bondgraph.motion.dynamics import Dynamics, PlainRates, Walk
+from bondgraph.motion.dynamics import Dynamics, PlainRates, RateLog, Walk
 from bondgraph.motion.run import Event, Mode, Run, difference, rounding
 from bondgraph.motion.stepping import Events, Step, adaptive, crossing, fixed
 from bondgraph.numerics import Array
@@ -135,7 +135,7 @@ class Switched:
         self.graph, self.signals = graph, signals
         self.dry, self.switches = dry_resistors(graph), (*graph.switched, *dry_resistors(graph))
         self.phases: dict[Mode, Dynamics] = {}
-        self.evaluations, self.budget = 0, evaluations
+        self.log, self.budget = RateLog(), evaluations
         self.scale: dict[tuple[int, int], float] = {}  # of every condition its greatest value so far
 
     def dynamics(self, at: Mode) -> Dynamics:
@@ -360,19 +360,18 @@ class Switched:
         return Events(lambda times, states: self.margins(at, times, states)[0], np.ones(len(beyond)), rounding=rounding)
 
     def _rates(self, dynamics: Dynamics) -> PlainRates:
-        """The rates of a mode, counted."""
-        rates = dynamics.within()
+        """The rates of a mode, as long as evaluations are left."""
+        rates = dynamics.within(self.log)
 
-        def counted(t: float, values: Sequence[float]) -> Sequence[float]:
-            self.evaluations += 1
-            if self.evaluations > self.budget:
+        def limited(t: float, values: Sequence[float]) -> Sequence[float]:
+            if self.log.evaluations >= self.budget:
                 raise GraphError(
                     f"{self.budget} evaluations of the rates are spent at t = {t:.6g} s: ask for a shorter time or a larger "
                     "rtol, or use a method for stiff equations (Radau); evaluations= allows more"
                 )
             return rates(t, values)
 
-        return counted
+        return limited
 
 
 def _sizes(run: Run) -> dict[str, float]:
