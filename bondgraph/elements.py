@@ -247,6 +247,9 @@ class Function:
     arguments: tuple[str, ...]
     of: tuple[str, ...]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Function, (self.law, self.arguments, self.of)  # without what is compiled
+
     def renamed(self, names: Mapping[str, str]) -> Function:
         """The same function of quantities with other names in the graph."""
         return replace(self, of=tuple(names.get(name, name) for name in self.of))

@@ -1,7 +1,10 @@
 """Switched junctions and dry friction: events, what passes them, modes, against the same motions piece by piece by hand."""
 
+import pickle
+
 import numpy as np
 import pytest
+import sympy
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -246,6 +249,15 @@ def test_what_cannot_be_switched_is_named(wrong, match):
     with pytest.raises(GraphError, match=match) as caught:
         wrong()
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_run_through_several_modes_is_kept_with_its_laws():
+    b = Builder().one("a").one("b").zero("clutch", when=sympy.Symbol("t") - 1).bond("a", "clutch").bond("clutch", "b")
+    b.on("a", I("J1", 2.0), Se("M", sympy.cos(sympy.Symbol("t")))).on("b", I("J2", 3.0))
+    run = simulate(b.build(), 2.0)
+    kept = pickle.loads(pickle.dumps(run))
+    assert kept.events == run.events
+    assert np.array_equal(kept.flow("b"), run.flow("b"))
 
 
 def test_a_condition_reads_a_signal_that_is_called_as_a_flow():
