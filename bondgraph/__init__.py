@@ -44,9 +44,8 @@ if TYPE_CHECKING:
     )
     from bondgraph.graph import Bond, BondGraph, Builder, Part
     from bondgraph.linear import Linear, Mode, Reach, equilibrium, linearize, reach
-    from bondgraph.motion.audit import Audit
     from bondgraph.motion.dynamics import Dynamics
-    from bondgraph.motion.run import Event, Run
+    from bondgraph.motion.run import Audit, Event, Run
     from bondgraph.motion.simulation import simulate
     from bondgraph.motion.switching import mode
     from bondgraph.reduction import Reduced, Reduction, reduce
@@ -81,8 +80,7 @@ _NAMES = {
     ),
     "equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation to_modelica",
     "linear": "Linear Mode Reach equilibrium linearize reach",
-    "motion.audit": "Audit",
-    "motion.run": "Event Run",
+    "motion.run": "Audit Event Run",
     "motion.simulation": "simulate",
     "motion.switching": "mode",
     "motion.dynamics": "Dynamics",
