@@ -197,10 +197,7 @@ class Machine:
 
     @cached_property
     def jumps_at_speeds(self) -> bool:
-        """Tests whether a load may jump at a speed, by a condition or a sign: not only have another slope there.
-
-        No motor's torque jumps.
-        """
+        """Tests whether a load may jump at a speed, by a condition or a sign; a motor only has another slope."""
         laws = [effort.load.law for effort in self.efforts if effort.path != "drive.motor"]
         nodes = [node for law in laws if isinstance(law, Expression) for node in walk(law.tree)]
         tests = [node.args[0] if node.op == "if" else node for node in nodes if node.op in ("if", "sign", *BOOLEAN)]

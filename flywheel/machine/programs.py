@@ -46,7 +46,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, is_recorded, jet_namespace, present
-from flywheel.numerics.switching import SwitchingError, decided_by_position, followed, narrow, solved
+from flywheel.numerics.switching import FollowedZero, SwitchingError, decided_by_position, followed, narrow, solved
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Load, Scene, Table
 
@@ -534,10 +534,18 @@ class Structure:
         return [(piece, *program.split(2)) for piece, program in self._shared(programs)] if programs else []
 
     def with_places(self, other: Callable[[Any], Any]) -> Structure:
-        """The same with other constants in all programs, as a function gives them."""
+        """The same with other constants in all programs, as a function gives them, and in what these solve for."""
+        zeros = dict[FollowedZero, FollowedZero]()
+
+        def changed(place: Any) -> Any:
+            if not isinstance(place, FollowedZero):
+                return other(place)
+            if place not in zeros:
+                zeros[place] = FollowedZero(of(place.program), place.near)
+            return zeros[place]
 
         def of(program: Program) -> Program:
-            return program._replace(places=tuple(map(other, program.places)))
+            return program._replace(places=tuple(map(changed, program.places)))
 
         walks = {id(walk): walk._replace(program=of(walk.program), rate=walk.rate and of(walk.rate)) for walk in self.walks}
         return replace(

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
@@ -31,7 +32,6 @@ from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
 from flywheel.numerics.cells import table_pieces
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.switching import FollowedZero
 from flywheel.numerics.units import QuantityError, exact_ratio, half_width, middle_of, split_range
 from flywheel.reading.paths import dotted
 from flywheel.scene.scene import Load, Scene, Table
@@ -175,7 +175,7 @@ def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[f
             own = {each.number: ball for each, ball in zip(quantities.values(), columns, strict=True)}
             constants = [(each.number, _as_written(path, each)) for path, each in fixed.items()]
             numbers = _of_loads(recording.twin, constants, own)
-            structure = recording.with_places(_All(numbers))
+            structure = recording.with_places(partial(_all_of, numbers=numbers))
             if ranges and _follows_motion(scene):
                 raise UnprovenError("ranges of numbers where torques depend on speed, or meshes have losses")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
@@ -352,21 +352,6 @@ def _as_read(rows: list[Any], columns: tuple[NDArray[Any], ...], reason: str) ->
         if abs(Fraction(number) - row) > _READ * abs(row):
             raise UnprovenError(reason)
     return rows
-
-
-class _All:
-    """The constants of programs as balls of all that they may stand for; in what programs solve for, too."""
-
-    def __init__(self, numbers: Mapping[float, Any]) -> None:
-        self._numbers, self._zeros = numbers, dict[FollowedZero, FollowedZero]()
-
-    def __call__(self, place: Any) -> Any:
-        if not isinstance(place, FollowedZero):
-            return _all_of(place, self._numbers)
-        if place not in self._zeros:
-            program = place.program._replace(places=tuple(map(self, place.program.places)))
-            self._zeros[place] = FollowedZero(program, place.near)
-        return self._zeros[place]
 
 
 def _all_of(place: Any, numbers: Mapping[float, Any]) -> Any:
