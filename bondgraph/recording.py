@@ -557,6 +557,8 @@ _ARRAY_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "ndim": lambda value: 0,
     "size": lambda value: 1,
     "broadcast_to": lambda value, shape: np.broadcast_to(np.asarray(value, dtype=object), shape)[()],
+    "zeros_like": lambda value: 0.0,
+    "ones_like": lambda value: 1.0,
     "square": lambda value: value * value,
     "degrees": lambda value: value * (180.0 / math.pi),
     "radians": lambda value: value * (math.pi / 180.0),

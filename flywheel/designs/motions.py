@@ -18,10 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.recording import Program
+from flywheel.components.motors.motor import Point
 from flywheel.designs import batch
 from flywheel.machine.equation import Moments, Rate
 from flywheel.machine.machine import MeshStage
-from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
+from flywheel.machine.programs import MOTOR, RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
 from flywheel.numerics.faults import SceneError
@@ -121,6 +123,7 @@ class DesignMoments(SeveralMoments):
         self.inertia, self.slope, self.still, _, _, self.steepness = rows
         self._pieces: list[_PieceProgram] = []
         self.lossy = len(self.machine.stages) > 1
+        self.divided = self.lossy or self.machine.switches_at_speeds  # the motion itself divides the cells
         for piece, early, late in structure.rates:
             part = slice(starts[piece.start], starts[piece.stop])
             moving = late._replace(outputs=(late.outputs[RATE.index("moving")],)).only(1)
@@ -203,7 +206,18 @@ class DesignMoments(SeveralMoments):
         if self._last is None or self._last[0] is not omega or self._last[1] is not unknown:
             self._last = omega, unknown, self._evaluated(omega, unknown, slice(len(RATE), None))
         moment, by_speed, by_unknown, exchanged = self._last[2][part.place * len(STAGE) :][:4]
-        return Rate(moment, by_speed, by_unknown, np.zeros(()), np.zeros((0, *omega.shape)), exchanged)
+        return Rate(moment, by_speed, by_unknown, np.broadcast_to(0.0, moment.shape), np.zeros((0, *omega.shape)), exchanged)
+
+    def switches(self, omega: Array) -> list[Array]:
+        """Values at crank speeds on (designs, cells, nodes) whose signs decide branches of laws; 1 where none is decided."""
+        inputs, shape = self.columns[:, :, None, None], self.mesh.phi.shape
+        switches = np.ones((max((len(program.outputs) for _, program in self.structure.switches), default=0), *shape))
+        for piece, program in self.structure.switches:
+            part = slice(self.starts[piece.start], self.starts[piece.stop])
+            values = program.function()(self.mesh.phi[:, part], *inputs, omega[:, part], 0.0)
+            for row, value in zip(switches, values, strict=False):
+                row[:, part] = value
+        return list(switches)
 
     def driven(self, omega: Array, unknown: Any) -> tuple[Array, Array]:
         """The drive's share of F (N m on the crank), and its slope by the speed."""
@@ -259,6 +273,47 @@ class DesignMoments(SeveralMoments):
         """The integral over a cell of half width 1 of values at its nodes, at a few of them, or of a constant."""
         weights = {1: np.array([2.0]), ORDER: _WEIGHTS, _FEW_WEIGHTS.size: _FEW_WEIGHTS}[values.shape[-1]]
         return np.asarray(values @ weights)
+
+
+class DesignMotors:
+    """The motors of designs as one, with those methods of `Motor` by which limited figures follow along motions.
+
+    Args:
+        program: of the structure's motor, see `MOTOR`.
+        columns: the numbers of the designs (paths, designs), SI.
+
+    """
+
+    circuit = whole_heat = None
+
+    def __init__(self, program: Program, columns: Array) -> None:
+        self._program, self._inputs = program, columns[:, :, None, None]
+        nothing = np.zeros((columns.shape[1], 1, 1))
+        names = "rated_speed", "rated_torque", "no_load_speed"
+        rated: Any
+        *rated, self.no_load_speed = (self._at(name, nothing)[:, 0, 0] for name in names)
+        self.rated = Point(*rated)
+
+    def _at(self, name: str, omega: Array) -> Array:
+        """A row of `MOTOR` at speeds of the shafts (rad/s), (designs, cells, nodes)."""
+        part = self._program._replace(outputs=(self._program.outputs[MOTOR.index(name)],)).only(1)
+        return np.asarray(part.function()(0.0, *self._inputs, omega, 0.0)[0] + np.zeros_like(omega))
+
+    def torque(self, omega: Array) -> Array:
+        """Torques on the shafts, N m."""
+        return self._at("torque", omega)
+
+    def slope_at(self, omega: Array) -> Array:
+        """Slopes of the torques, N m s/rad."""
+        return self._at("slope", omega)
+
+    def current_share(self, omega: Array) -> Array:
+        """Currents over the rated ones."""
+        return self._at("current_share", omega)
+
+    def heat_share(self, omega: Array) -> Array:
+        """Heat over that at the rated points."""
+        return self._at("heat_share", omega)
 
 
 def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -340,26 +395,26 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     values, errors = _FigureTable(speed.size), _FigureTable(speed.size)
     missed, start = np.full(speed.size, np.inf), np.ones((4, speed.size))
 
-    def constant(finer: DesignMoments, which: Index, stands: Any) -> None:
-        of_some = _at_constant_speed(finer, givens.of(which), speed[which], unknown[which])
+    def constant(finer: DesignMoments, which: Index, stands: Any, moved: Array | float = 0.0) -> None:
+        of_some = _at_constant_speed(finer, givens.of(which), speed[which], unknown[which], moved)
         values.put(which, of_some[0], stands)
         errors.put(which, of_some[1], stands)
         missed[which[stands]], start[:, which[stands]] = of_some[2][stands], of_some[3][:, stands]
 
-    if not moments.lossy:
+    if not moments.divided:
         constant(moments, np.arange(speed.size), slice(None))
     else:
-        for which, cuts in patterns(moments, good, *_losses(moments, speed, unknown)):
+        for which, cuts in patterns(moments, good, *_deciding(moments, speed, unknown)):
             for _ in range(MOST_CUTS):
                 finer = moments.cut(which, cuts)
                 speed[which], unknown[which], closed_rows = closed(
                     finer, speed[which], unknown[which], 0.9 * speed[which], 1.1 * speed[which]
                 )
-                cuts, moved, slack = moved_cuts(finer, cuts, *_losses(finer, speed[which], unknown[which]))
+                cuts, moved, slack = moved_cuts(finer, cuts, *_deciding(finer, speed[which], unknown[which]))
                 stands = closed_rows & (moved <= slack)
                 if (stands | ~np.isfinite(moved)).all():
                     break
-            constant(finer, which, stands)
+            constant(finer, which, stands, moved)
     least, greatest, least_error, guess = start
     good &= np.isfinite(missed)
     inertia, ratio = givens.inertia, np.broadcast_to(givens.ratio, speed.shape)
@@ -410,16 +465,17 @@ class Solutions(NamedTuple):
 
 
 def _at_constant_speed(
-    moments: DesignMoments, givens: DesignValues, speed: Array, unknown: Array
+    moments: DesignMoments, givens: DesignValues, speed: Array, unknown: Array, moved: Array | float
 ) -> tuple[dict[str, Array], dict[str, Array], Array, Array]:
     """Figures at constant speeds (rad/s) with their errors, the worst, and the initial values of the search for motions.
 
     That is the least and the greatest I* and the error of the former, and a guess of the flywheel, kg m² on the crank.
+    `moved` (rad) are the errors of the ends of cells that are cut.
     """
     eps = givens.irregularity
     sized = givens.inertia is None and bool(np.isfinite(eps).all())
     rate = moments.constant(speed, unknown[:, None, None])
-    cycle = _cycle(moments, rate, unknown)
+    cycle = _cycle(moments, rate, unknown, moved)
     loose: Any = 0.0
     if not givens.unknown:  # the last digits of a speed that the machine takes by itself shift a stiff torque in the cycle
         shifted = 4 * ROUNDING * speed * moments.total(np.abs(rate.by_speed))
@@ -442,8 +498,8 @@ def _at_constant_speed(
     return values, errors, missed, np.stack((least, greatest, least_error, np.maximum(guess, lightest)))
 
 
-def _cycle(moments: DesignMoments, rate: Rate, unknown: Array) -> batch.Cycles:
-    """The cycles in which F is as given at the nodes."""
+def _cycle(moments: DesignMoments, rate: Rate, unknown: Array, moved: Array | float) -> batch.Cycles:
+    """The cycles in which F is as given at the nodes; `moved` (rad) are the errors of the ends of cells that are cut."""
     rows = rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness
     values = np.zeros((5, batch.POINTS.size, *moments.mesh.half.shape[1::-1]))
     for into, row in zip(values, rows, strict=True):
@@ -451,7 +507,12 @@ def _cycle(moments: DesignMoments, rate: Rate, unknown: Array) -> batch.Cycles:
     balanced = moments.machine.scene.unknown is not None
     spread = spread_of_closing(rate, moments.mesh, balanced=balanced, unknown=unknown)
     by_directions = moments.structure.givens(moments.columns).by_directions
-    return batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread, by_directions)
+    cycle = batch.assembled(np.ascontiguousarray(moments.mesh.edges.T), values, spread, by_directions)
+    if not moments.machine.switches_at_speeds:
+        return cycle
+    ends = cells.ends(cells.fit(rate.moment))  # laws that switch may jump there
+    wrong = moved * np.abs(ends[:, 1:, 0] - ends[:, :-1, 1]).sum(axis=-1)
+    return cycle._replace(work=cycle.work + wrong, net=cycle.net + wrong)
 
 
 # -- flywheels that keep limits ------------------------------------------------------------------------------------------
@@ -592,13 +653,17 @@ def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], 
     return before is LimitState.BROKEN and worse
 
 
-# -- cells that end where a mesh changes the side that drives ------------------------------------------------------------
+# -- cells that end where a mesh changes the side that drives, or a law switches at a speed ------------------------------
 
 
-def _losses(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Deciding], Array]:
-    """The torque through meshes with losses at constant speeds (N m), and the work exchanged in a cycle (J)."""
-    exchanged = moments.total(moments.constant(speed, unknown[:, None, None]).exchanged)
-    return through_meshes(moments, moments.constant_losses(speed, unknown[:, None, None])), exchanged
+def _deciding(moments: DesignMoments, speed: Array, unknown: Array) -> tuple[list[Deciding], Array]:
+    """The values that divide cells at constant speeds (see `several_motions.decided`), and the work exchanged (J)."""
+    rate = moments.constant(speed, unknown[:, None, None])
+    deciding = through_meshes(moments, rate.transmitted)
+    if moments.machine.switches_at_speeds:
+        omega = speed[:, None, None] + np.zeros_like(moments.mesh.phi)
+        deciding += [(values, 0.0) for values in moments.switches(omega)]
+    return deciding, moments.total(rate.exchanged)
 
 
 # -- the motions ---------------------------------------------------------------------------------------------------------
@@ -723,10 +788,10 @@ def _motions(
         reference, first = _beside(others, around, speed, first, inertia)
     solved, near = periodic_motions(around, reference, demand, first)
     states: dict[str, Any] = solved.state._asdict() | {"reference": solved.reference}
-    if not moments.lossy:
-        return *_of_motion(moments, solved, demand, givens, near), states
+    if not moments.divided:
+        return *_of_motion(moments, solved, demand, givens, near, 0.0), states
     for cut in on_cut_cells(moments, solved, near, demand):
-        of_some = _of_motion(cut.moments, cut.solved, cut.demand, givens.of(cut.which), cut.success)
+        of_some = _of_motion(cut.moments, cut.solved, cut.demand, givens.of(cut.which), cut.success, cut.moved)
         edge = cut.solved.extremes.cell + (cut.solved.extremes.t > 0.0)
         at_cuts = (np.abs(cut.solved.extremes.t) == 1.0) & ~np.isin(edge, cut.moments.starts)
         off = np.where(at_cuts.any(axis=1), np.maximum(CUT_MOVE * moments.structure.cycle, cut.moved), 0.0)
@@ -739,11 +804,16 @@ def _motions(
 
 
 def _of_motion(
-    moments: DesignMoments, solved: Periodic, demand: Demand, givens: DesignValues, closed_rows: NDArray[np.bool_]
+    moments: DesignMoments,
+    solved: Periodic,
+    demand: Demand,
+    givens: DesignValues,
+    closed_rows: NDArray[np.bool_],
+    moved: Array | float,
 ) -> tuple[dict[str, Array], dict[str, Array], Array, NDArray[np.bool_]]:
     """The same of motions on cells that end where meshes change the side that drives."""
     cycle, state, extremes, eps, speed = (
-        _cycle(moments, solved.rate, solved.state.unknown),
+        _cycle(moments, solved.rate, solved.state.unknown, moved),
         solved.state,
         solved.extremes,
         solved.irregularity,
@@ -783,8 +853,10 @@ def _of_motion(
         fast, slow = (solved.reference * (1.0 + extremes.excess[:, k]) for k in (0, 1))
         figures: list[Any] = [inertia, eps, fast, slow, 0.0, 0.0, 0.0, irregularity]
         run = Run(*figures)._replace(speed=speed, level=own.level)
-        motor, ratio = moments.machine.scene.motor, 1.0 if givens.drive is None else givens.drive
-        for name, share in shares(names, MotorShafts(motor, ratio, run, solved)).items():
+        ratio = 1.0 if givens.drive is None else givens.drive
+        assert moments.structure.motor is not None
+        motors: Any = DesignMotors(moments.structure.motor, moments.columns)
+        for name, share in shares(names, MotorShafts(motors, ratio, run, solved)).items():
             values[f"{LIMITED}{name}"], errors[f"{LIMITED}{name}"] = share
     if givens.drive is not None:
         _add_power(moments, solved, cycle, values, errors, givens, errors["speed"] + 0.5 * eps * irregularity)

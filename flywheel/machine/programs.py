@@ -23,7 +23,7 @@ values at the nodes are the same. Where a design cannot be recorded, the reason 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -37,6 +37,7 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
+from flywheel.components.motors import Motor
 from flywheel.machine.loads import POSITION, LoadLaw, at_speeds, decided_here, moving_switches
 from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, MeshStage, circuit_of
 from flywheel.numerics import expressions
@@ -448,6 +449,9 @@ RATE = ("drive", "drive_by_speed", "moving", "resistance")
 resistances, and the resistance R*; then of each of its stages the values of `STAGE`."""
 STAGE = ("moment", "by_speed", "by_unknown", "exchanged", "inertia", "slope")
 """Of a stage: M* with its slopes and the sum of |contributions|, I* and dI*/dphi."""
+MOTOR = ("torque", "slope", "current_share", "heat_share", "rated_torque", "rated_speed", "no_load_speed")
+"""Of a motor, at a speed of its shaft: torque with its slope, current and heat over those at its rated point; then that
+point, and its speed without load. NaN where its type does not give it, or no limit needs it."""
 
 
 class Narrow(NamedTuple):
@@ -468,7 +472,7 @@ class StretchWalk(NamedTuple):
 
     `decided` are the functions that decide branches of laws and vary with the columns; their signs are `signs` in the whole
     stretch. `laws` are those that act there and may be narrow. Where torques depend on speed, `rate` is the program from
-    (phi, *columns, omega, unknown) to those of `RATE`.
+    (phi, *columns, omega, unknown) to those of `RATE`, `switches` that to the values by whose signs laws switch at speeds.
     """
 
     program: Program
@@ -476,6 +480,7 @@ class StretchWalk(NamedTuple):
     signs: tuple[float, ...]
     laws: tuple[Narrow, ...]
     rate: Program | None = None
+    switches: Program | None = None
 
 
 @dataclass(frozen=True)
@@ -486,8 +491,9 @@ class Structure:
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
     crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. twin: the machine
-    that it was recorded from. limits: those of its scene, in their order. efficiencies: those of its stages, where they may
-    vary.
+    that it was recorded from. limits: those of its scene, in their order. motor: that of a scene with limits of it, by
+    `MOTOR`, from (phi, *columns, omega, unknown), omega being the speed of its shaft. efficiencies: those of its stages,
+    where they may vary.
     """
 
     paths: tuple[str, ...]
@@ -500,6 +506,7 @@ class Structure:
     numbers: Program
     counts: tuple[int, ...] = ()
     limits: Program | None = None
+    motor: Program | None = None
     efficiencies: Program | None = None
 
     def limits_of(self, columns: Array) -> dict[str, Array]:
@@ -532,6 +539,12 @@ class Structure:
         """
         programs = [walk.rate for walk in self.walks if walk.rate is not None]
         return [(piece, *program.split(2)) for piece, program in self._shared(programs)] if programs else []
+
+    @cached_property
+    def switches(self) -> list[tuple[slice, Program]]:
+        """The same with the values by whose signs laws switch at speeds; none where none does."""
+        programs = [walk.switches for walk in self.walks if walk.switches is not None]
+        return self._shared(programs) if programs else []
 
     def with_places(self, other: Callable[[Any], Any]) -> Structure:
         """The same with other constants in all programs, as a function gives them, and in what these solve for."""
@@ -694,7 +707,6 @@ def recorded(
         (base.stroke is not None, "a stroke is no cycle"),
         (circuit_of(base) is not None, "the motor has states of its own"),
         (limited and base.unknown is not None, "the motor has limits at a speed that is set"),
-        (limited and any(path.startswith("drive.motor") for path in paths), "figures of a motor vary that has limits"),
         (
             limited and "motor_heat" in base.limits and base.motor is not None and base.motor.whole_heat is not None,
             "the motor has a limit of its heat, which its current makes",
@@ -755,8 +767,6 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     scene, twin = machine.scene, machine.twin
     if machine.depends_on_time:
         raise UnrecordedError("loads depend on time")
-    if twin.switches_at_speeds and not recorder.exact:
-        raise UnrecordedError("laws switch at a speed")
     efficiencies = [stage.efficiency for stage in machine.stages]
     if not recorder.exact and any(isinstance(each, Recorded) for each in efficiencies):
         raise UnrecordableError("an efficiency decides which stages there are")
@@ -794,10 +804,23 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     if not machine.sets_its_speed:
         return structure
     own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
-    rates = {id(walk): _rate(machine, recorder, phi, *at, anchors[k]) for k, walk in walks.items()}
-    moving = {id(walk): walk._replace(rate=rates[id(walk)]) for walk in walks.values()}
-    walks_of_all = tuple(moving[id(walk)] for walk in stretches)
-    return replace(structure, walks=walks_of_all, conditions=recorder.conditions(own))
+    moving = {
+        id(walk): walk._replace(
+            rate=_rate(machine, recorder, phi, *at, anchors[k]),
+            switches=_switches(machine, recorder, phi, at[0], anchors[k]) if twin.switches_at_speeds else None,
+        )
+        for k, walk in walks.items()
+    }
+    walks_of_all, limited = (
+        tuple(moving[id(walk)] for walk in stretches),
+        any(name != "irregularity" for name in scene.limits),
+    )
+    motor = (
+        _motor(scene.motor, scene.limits, recorder, at[0])
+        if limited and scene.motor is not None and not recorder.exact
+        else None
+    )
+    return replace(structure, walks=walks_of_all, motor=motor, conditions=recorder.conditions(own))
 
 
 def _anchor(recorder: Recorder, low: Any, high: Any) -> Any:
@@ -815,7 +838,7 @@ def _rate(
     drive, moving, resistance, rows = (0.0, 0.0), 0.0, 0.0, list[Any]()
     for stage in machine.stages:
         station = stage.reduction.at(phi, anchor, NAMESPACE)
-        contributions = station.contributions(Jet(omega, 1.0), 0.0, omega)
+        contributions = station.contributions(Jet(omega, 1.0), 0.0, omega, local=not recorder.exact)
         own = [(effort, factor) for _, effort, factor in contributions]
         rows += [*at_speeds(station.reduced, own, omega, balance), station.reduced.inertia, station.reduced.slope]
         moving, resistance = moving + at_speeds(nothing, own, omega, balance)[0], resistance + station.reduced.resistance
@@ -825,6 +848,28 @@ def _rate(
             of_position = nothing._replace(moment=still, per_unknown=beside - still)
             drive = at_speeds(of_position, driving, omega, balance)[:2]
     return recorder.program([*drive, moving, resistance, *rows])
+
+
+def _switches(machine: RecordedMachine, recorder: Recorder, phi: Recorded, omega: Recorded, anchor: Any) -> Program:
+    """The program of the values by whose signs laws switch at speeds in the piece of an anchor."""
+    values: list[Any] = []
+    for stage, efforts in zip(machine.stages, machine.switching, strict=True):
+        places = stage.reduction.at(phi, anchor, NAMESPACE).places(omega, 0.0, omega, local=True) if efforts else ()
+        for element, here, there in places:
+            if element.name in efforts:
+                values += efforts[element.name].speed_switches(here, there)
+    return recorder.program(values)
+
+
+def _motor(motor: Motor, limits: Iterable[str], recorder: Recorder, omega: Any) -> Program:
+    """The program of `MOTOR` at a speed of the motor's shaft, as far as limits need it."""
+    nothing, torque = float("nan"), motor.law().evaluate({"omega": Jet(omega, 1.0)}, _JETS)
+    torque = torque if isinstance(torque, Jet) else Jet(torque, 0.0)
+    current = motor.current_share(omega) if "current_pulsation" in limits else None
+    heat = motor.heat_share(omega) if "motor_heat" in limits else None
+    rated = (nothing, nothing) if motor.rated is None else (motor.rated.torque, motor.rated.speed)
+    outputs = torque.value, torque.first, current, heat, *rated, motor.no_load_speed
+    return recorder.program([nothing if each is None else np.asarray(each)[()] for each in outputs])
 
 
 def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:

@@ -48,6 +48,7 @@ from flywheel.components.motors.synchronous import damper_slope, saliency_of
 from flywheel.components.motors.thermal import CLASSES
 from flywheel.components.motors.two_axis import Impedances, TwoAxisInduction, impedances_of
 from flywheel.numerics.faults import Fault, SceneError, quote, show
+from flywheel.numerics.jets import is_recorded
 from flywheel.numerics.units import LARGEST, QuantityError, convert, parse_quantity, parse_range
 from flywheel.reading.fields import (
     Faults,
@@ -70,10 +71,15 @@ class Even(Range):
     """Even whole numbers."""
 
     def __contains__(self, value: object) -> bool:
-        return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
+        return super().__contains__(value) and (isinstance(value, (int, float)) or is_recorded(value)) and value % 2 == 0
 
     def __str__(self) -> str:
         return f"that is an even number, {self.low:g} or more"
+
+
+def _whole(number: float) -> int:
+    """A whole number as an int; a recorded one, which stands for those of many motors, as it is."""
+    return number if is_recorded(number) else int(number)  # type: ignore[return-value]
 
 
 def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
@@ -454,7 +460,7 @@ def _induction(item: Item, _: Path | None) -> Motor | None:
     names, bare = ("power", "speed", "frequency", "breakdown_ratio", "inertia"), item.raw["speed"]
     plate = Plate(**{name: item.fields[name] for name in Plate._fields})
     try:
-        static = Induction(poles=int(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
+        static = Induction(poles=_whole(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
         inverter = _inverter(item)
         if not item.clean:
             return None
@@ -498,7 +504,7 @@ def _synchronous(item: Item, _: Path | None) -> Motor | None:
     if len(item.present("load_angle", "saliency")) > 1:
         item.faults.add(item.path, "load_angle and saliency", "one of them: the other follows")
         return None
-    poles, ratio, saliency = int(item.number("poles")), fields["pull_out_ratio"], fields["saliency"] or 0.0
+    poles, ratio, saliency = _whole(item.number("poles")), fields["pull_out_ratio"], fields["saliency"] or 0.0
     if (angle := fields["load_angle"]) is not None:
         ratio_of_axes = saliency_of(angle, ratio)
         if ratio_of_axes is None:

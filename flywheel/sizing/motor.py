@@ -190,7 +190,7 @@ class MotorShafts(MotorShaft):
     """The shafts of motors along many motions, on the cells of these.
 
     Args:
-        motor: that all have, perhaps with parameters of each.
+        motor: that all have, or those of each as one (see `designs.motions.DesignMotors`).
         ratio: speed of each shaft over its crank's; a number, or one for each motion.
         run: the motions' speeds and errors, arrays.
         solved: the motions.
@@ -229,8 +229,10 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[Any, Any]:
         return cells.interpolated(motor.heat_share(shaft.ratio * shaft.omega(own), tuple(along)), own, mesh.phi), slope
 
     mean, error, _ = shaft.mean_over_time(law)
-    even, rated = motor.no_load_speed or 0.0, 0.0 if motor.rated is None else motor.rated.speed
-    return mean, error + 8 * ROUNDING * mean * even / max(even - rated, ROUNDING * even)  # of what slips at the rated point
+    even: Any = 0.0 if motor.no_load_speed is None else motor.no_load_speed
+    rated = 0.0 if motor.rated is None else motor.rated.speed
+    slip = np.maximum(np.maximum(even - rated, ROUNDING * even), 1e-300)  # of what slips at the rated point
+    return mean, error + 8 * ROUNDING * mean * even / slip
 
 
 def states_on(run: Run, mesh: Cells) -> tuple[Array, ...]:

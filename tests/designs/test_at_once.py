@@ -220,6 +220,76 @@ def test_designs_at_once_are_those_sized_alone(name: str):
     assert result.power[19] == pytest.approx(alone.power, rel=1e-9)
 
 
+SLOW_TURNING = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.2, "inertia": 1.0},
+        "rod": {"length": 0.6, "mass": 6, "inertia": 3, "com": 0.3},
+        "slider": {"mass": 6},
+    },
+    "gravity": {},
+    "drive": {"torque": "30 - 4*omega"},
+}
+AT_SPEEDS: dict[str, dict[str, Any]] = {
+    "a slope of the drive": {"drive": {"torque": "10 - 2.387*omega if omega > 3 else 12 - 3.05367*omega"}},
+    "a resistance at a place": {"load": [{"on": "slider", "force": "-20*max(0, v - 0.5)"}]},
+    "a jump at a place": {"load": [{"on": "slider", "force": "-15 if v > 0.3 else 0"}]},
+    "at a speed that is set": {
+        "load": [{"on": "slider", "force": "-20*max(0, v - 0.5)"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 4},
+    },
+}
+
+
+@pytest.mark.parametrize("name", AT_SPEEDS)
+def test_laws_that_switch_at_speeds_divide_the_cells_of_every_design(name: str) -> None:
+    scene = flywheel.load({**SLOW_TURNING, **AT_SPEEDS[name], "flywheel": {"irregularity": 0.1}})
+    paths, rng = ("mechanism.crank.length", "flywheel.irregularity"), np.random.default_rng(3)
+    columns = np.stack([rng.uniform(0.15, 0.22, 12), rng.uniform(0.05, 0.4, 12)])
+    assert (compared(scene, paths, columns, "numpy").ways <= designs.REFINED).all()
+
+
+PLATE = {"power": "15 kW", "speed": 150.0, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.8}
+SUPPLIED = {**PLATE, "voltage": 400.0, "current": 29.0, "power_factor": 0.84}
+SERVO = {"speed": 157.0, "corner_speed": 150.0, "maximum_speed": 200.0, "set_speed": 150.0, "torque": 90.0}
+PLATES: dict[str, dict[str, Any]] = {
+    "induction": PLATE,
+    "its start": {**SUPPLIED, "starting_torque": 2.2, "starting_current": 6.5, "inertia": 0.1},
+    "an inverter": {**SUPPLIED, "inverter": {"frequency": 55.0}},
+    "direct current": {"type": "dc", "voltage": 400.0, "speed": 150.0, "power": 15e3, "current": 42.0, "inertia": 0.1},
+    "a servo": {"type": "servo", **SERVO, "peak_torque": 290.0, "efficiency": 0.9},
+}
+ONE_MOTOR = ("motor_torque", "motor_rms", "motor_heat", "current_pulsation")
+"""Limits of a motor."""
+BY_CURRENT = [(name, "motor_heat") for name in ("direct current", "a servo")]
+"""Motors whose heat is that of their current along one motion alone: designs with a limit of it are sized alone."""
+
+
+@pytest.mark.parametrize(
+    ("name", "limit"),
+    [
+        pytest.param(name, limit, marks=() if (name, limit) == ("its start", "motor_rms") else pytest.mark.slow)
+        for name in PLATES
+        for limit in ONE_MOTOR
+        if (name, limit) not in BY_CURRENT
+    ],
+)
+def test_the_plate_of_a_motor_with_limits_varies(name: str, limit: str) -> None:
+    """Torque, current and heat are those of each design's own motor: limits are drawn that its flywheel decides."""
+    share = {"motor_torque": 1.5, "motor_rms": 1.05, "motor_heat": 1.1, "current_pulsation": 1.2}[limit]
+    motor = {"type": "induction", **PLATES[name]}
+    driven = {"shafts": {"motor": {"ratio": 12}}, "drive": {"on": "motor", "motor": motor}, "regime": {}}
+    load = [{"on": "slider", "force": "-40 kN", "from": "300 deg", "to": "355 deg"}]
+    scene = flywheel.load({**PRESS, **driven, "load": load, "flywheel": {"limits": {limit: share, "irregularity": 1.0}}})
+    whole = ("poles", "frequency")
+    values = {path: each.value for path, each in numbers(scene).items() if path.startswith("drive.motor.")}
+    paths = tuple(path for path in values if path.rpartition(".")[2] not in whole)
+    columns = np.array([values[path] for path in paths])[:, None]
+    columns = columns * np.random.default_rng(3).uniform(0.995, 1.005, (len(paths), 4))
+    assert (compared(scene, paths, columns, "numpy").ways <= designs.REFINED).all()
+
+
 @pytest.mark.slow
 def test_a_switch_that_appears_and_a_peak_that_narrows_are_not_missed():
     """The middle design is recorded, and held against the first and the last: loads that act nowhere, or wide peaks."""

@@ -32,6 +32,7 @@ from flywheel.components.motors.motor import (
     StateName,
     States,
     figure_and_error,
+    floats,
     wrong_numbers,
     wrong_point,
 )
@@ -257,7 +258,7 @@ class DC(Motor):
     def current_share(self, omega: ArrayLike) -> Array | None:
         """Steady armature current over the rated one, with its sign, at speeds omega (rad/s); None without a rated point."""
         rated = self.rated_current
-        return None if rated is None else np.asarray(self.current(np.asarray(omega, dtype=float)) / rated)
+        return None if rated is None else np.asarray(self.current(floats(omega)) / rated)
 
     def current_rate(self, omega: Any, current: Any) -> Any:
         """Rate of change of the current di/dt = (U - R i - k omega)/L, A/s, at speeds (rad/s) and currents (A).
@@ -531,7 +532,7 @@ class Servo(Motor):
 
     def peak(self, omega: ArrayLike) -> Array:
         """The peak curve P, N m, at speeds omega (rad/s), of their shape."""
-        return np.asarray(self._peak_law.evaluate({"omega": np.asarray(omega, dtype=float)}, np))
+        return np.asarray(self._peak_law.evaluate({"omega": floats(omega)}, np))
 
     @cached_property
     def _peak_law(self) -> Expression:
@@ -544,7 +545,7 @@ class Servo(Motor):
 
     def _unlimited(self, omega: ArrayLike) -> Array:
         """The continuous curve by its losses alone, N m."""
-        share = np.abs(np.asarray(omega, dtype=float)) / self.speed
+        share = np.abs(floats(omega)) / self.speed
         return np.asarray(np.maximum(self.at_rest - (self.at_rest - self.continuous_torque) * share, 0.0))
 
     def law(self) -> Expression:
@@ -568,7 +569,7 @@ class Servo(Motor):
 
     def losses_at(self, omega: ArrayLike, torque: ArrayLike) -> Array:
         """Losses Q of the motor, W, at speeds (rad/s) and torques (N m)."""
-        square = np.asarray(torque, dtype=float) ** 2 + self.at_rest**2 - self._unlimited(omega) ** 2
+        square = floats(torque) ** 2 + self.at_rest**2 - self._unlimited(omega) ** 2
         return np.asarray(self.losses * square / self.at_rest**2)
 
     def heat(self, omega: Any, states: States = ()) -> Any:

@@ -25,6 +25,7 @@ from flywheel.components.motors.motor import (
     Span,
     States,
     figure_and_error,
+    floats,
     wrong_numbers,
 )
 from flywheel.language import text as _
@@ -174,7 +175,7 @@ def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float 
     apparent = None if plate.voltage is None or current is None else math.sqrt(3.0) * plate.voltage * current
     if apparent is not None and cosine is not None and efficiency is not None:
         power_from_plate = apparent * cosine * efficiency
-        if abs(power_from_plate - power) > PLATE_ROUNDING * power:
+        if not (1.0 - PLATE_ROUNDING) * power <= power_from_plate <= (1.0 + PLATE_ROUNDING) * power:
             product = f"{power_from_plate:.5g} W of sqrt(3) voltage current power_factor efficiency"
             advice = "check the voltage (between lines) and the current (of that connection)"
             expected = f"the rated power of {power:.5g} W, but for rounding"
@@ -370,15 +371,15 @@ class Induction(Motor):
 
     def slip_speed(self, omega: ArrayLike) -> Array:
         """Slip speed u = omega_s - omega (rad/s) at speeds omega (rad/s), of their shape."""
-        return np.asarray(self.synchronous_speed - np.asarray(omega, dtype=float))
+        return np.asarray(self.synchronous_speed - floats(omega))
 
     def constant_share(self, omega: ArrayLike) -> Array:
         """The losses outside the copper over those at the rated point, at speeds omega (rad/s), of their shape: 1."""
-        return np.ones_like(np.asarray(omega, dtype=float))
+        return np.ones_like(floats(omega))
 
     def slip(self, omega: ArrayLike) -> Array:
         """Slip s = (omega_s - omega)/omega_s at speeds omega (rad/s), of their shape."""
-        return np.asarray((self.synchronous_speed - np.asarray(omega, dtype=float)) / self.synchronous_speed)
+        return np.asarray((self.synchronous_speed - floats(omega)) / self.synchronous_speed)
 
     @cached_property
     def line_current(self) -> LineCurrent:
@@ -401,7 +402,7 @@ class Induction(Motor):
         >>> motor.current_share([0.0, motor.speed, motor.synchronous_speed]).round(4).tolist()
         [6.5, 1.0, 0.4105]
         """
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         shares: Array = np.zeros_like(speeds) + self._share_law.evaluate({"omega": speeds}, np)
         return shares
 
@@ -422,7 +423,7 @@ class Induction(Motor):
         slip = compiled("({field} - omega)/{field}", field=self.synchronous_speed)
         square = self.breakdown_slip**2
         if parts.losses == parts.magnetizing == parts.idle == 0.0:
-            reach = math.hypot(self.own_breakdown_slip, self.rated_slip) / self.rated_slip
+            reach = (1.0 + (self.own_breakdown_slip / self.rated_slip) ** 2) ** 0.5
             return compiled("{reach}*abs({slip})/sqrt({slip}**2 + {square})", reach=reach, slip=slip, square=square)
         top = 2 * self.breakdown_ratio * self.breakdown_slip  # of the torque over the rated one
         torque = compiled("{top}*{slip}/({slip}**2 + {square})", top=top, slip=slip, square=square)
@@ -495,7 +496,7 @@ class Induction(Motor):
         >>> round(float(motor.rotor_heat(motor.speed)), 6), round(7500.0 * motor.rated_slip / (1 - motor.rated_slip), 6)
         (258.62069, 258.62069)
         """
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         return np.asarray(self.torque(speeds) * self.slip_speed(speeds))
 
     def heat(self, omega: Any, states: States = ()) -> Any:
@@ -607,7 +608,7 @@ class Induction(Motor):
         heat, constant = self.stator_heat(omega), self.constant_losses
         if heat is None or constant is None:
             return None
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         air_gap = self.torque(speeds) * (speeds + self.slip_speed(speeds))
         return np.asarray(air_gap + heat + constant * self.constant_share(speeds))
 

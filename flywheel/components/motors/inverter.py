@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.components.motors.induction import Induction
-from flywheel.components.motors.motor import Array, Connection, Fact, Inverter, Motor, Point, Span, Start, Switch
+from flywheel.components.motors.motor import Array, Connection, Fact, Inverter, Motor, Point, Span, Start, Switch, floats
 from flywheel.language import text as _
 from flywheel.numerics.expressions import Expression, compiled, composed
 from flywheel.numerics.faults import Fault, SceneError, refuse
@@ -199,7 +199,7 @@ class InverterInduction(Induction):
 
     def slip_speed(self, omega: ArrayLike) -> Array:
         """Slip speed u (rad/s) at speeds omega (rad/s), of their shape: at the limit that of its torque."""
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         if self.inverter.torque_limit is None:
             return np.asarray(self.field_speed - speeds)
         way, reach = np.where(speeds < self.field_speed, 1.0, -1.0), self._breakdown_reach
@@ -219,7 +219,7 @@ class InverterInduction(Induction):
 
     def current_share(self, omega: ArrayLike) -> Array:
         """Line current over the rated one at speeds omega (rad/s), of their shape."""
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         slip_speed = self.slip_speed(speeds)
         return np.asarray(self.flux(speeds + slip_speed) * self.mains.current_share(self.synchronous_speed - slip_speed))
 
@@ -229,7 +229,7 @@ class InverterInduction(Induction):
 
     def constant_share(self, omega: ArrayLike) -> Array:
         """The losses outside the copper over those at the rated point: they are proportional to f phi²."""
-        field = np.asarray(omega, dtype=float) + self.slip_speed(omega)
+        field = floats(omega) + self.slip_speed(omega)
         return np.asarray(field / self.synchronous_speed * self.flux(field) ** 2)
 
     def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
@@ -307,7 +307,7 @@ class RampedInduction(InverterInduction):
 
     def torque(self, omega: ArrayLike) -> Array:
         """Torque on the shaft (N m) at speeds omega (rad/s) and the times."""
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         return np.asarray(np.zeros_like(speeds) + self._law.evaluate({"omega": speeds, "t": np.asarray(self.time)}, np))
 
     def windings_share(self, omega: Array, torque: Array, running: Motor) -> Array | None:

@@ -30,7 +30,7 @@ from flywheel.language import text as _
 from flywheel.numerics.cells import Cells
 from flywheel.numerics.expressions import Expression, Node, numeral, variable
 from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, number_faults
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import Jet, is_recorded, jet_namespace
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]
@@ -545,13 +545,13 @@ class Motor(ABC):
     def rated_heat(self) -> float:
         """Heat (W) of rotor or armature at the rated point."""
         assert self.rated is not None
-        return float(self.heat(np.array(self.rated.speed)))
+        return _number(self.heat(self.rated.speed))
 
     @property
     def rated_total_heat(self) -> float:
         """Heat (W) of all windings for which data exist, at the rated point."""
         assert self.rated is not None
-        return float(self.total_heat(np.array(self.rated.speed)))
+        return _number(self.total_heat(self.rated.speed))
 
     def heat_share(self, omega: Any, states: States = ()) -> Array:
         """The same over that at the rated point."""
@@ -611,15 +611,16 @@ class Motor(ABC):
 
     def torque(self, omega: ArrayLike) -> Array:
         """Torque on the shaft (N m) at speeds omega (rad/s), of their shape."""
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         torques: Array = np.zeros_like(speeds) + self._law.evaluate({"omega": speeds}, np)
         return torques
 
     def slope_at(self, omega: ArrayLike) -> Array:
         """Slope dT/domega (N m s/rad) at speeds omega (rad/s), of their shape; at a kink, that of the side in use."""
-        speeds = np.asarray(omega, dtype=float)
+        speeds = floats(omega)
         torque = self._law.evaluate({"omega": Jet(speeds, np.ones_like(speeds))}, jet_namespace(np))
-        return np.zeros_like(speeds) + (torque.first if isinstance(torque, Jet) else 0.0)
+        slopes: Array = np.zeros_like(speeds) + (torque.first if isinstance(torque, Jet) else 0.0)
+        return slopes
 
     def speed_at(self, torque: float) -> float | None:
         """Speed (rad/s) on the running branch at which the motor gives a torque (N m).
@@ -645,6 +646,17 @@ class Motor(ABC):
     @cached_property
     def _law(self) -> Expression:
         return self.law()
+
+
+def floats(values: ArrayLike) -> Any:
+    """Values as an array of floats; recorded numbers, which stand for those of many motors, as they are."""
+    return values if is_recorded(values) else np.asarray(values, dtype=float)
+
+
+def _number(value: Any) -> float:
+    """A value as a float; a recorded number as it is."""
+    one = np.asarray(value)[()]
+    return one if is_recorded(one) else float(one)
 
 
 def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tuple[str, ...] = ()) -> list[Fault]:
