@@ -430,7 +430,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     own = Solutions({}, {}, worst[left], np.zeros(left.shape, bool), {})  # none is sought where there is no irregularity
     if inertia is not None or np.isfinite(givens.irregularity).all():
         own = solved(left, guess[left], None if inertia is None else inertia[left])
-    if limits:
+    if limits and left.size:
         stopped = moments.stopped_flywheels(speed, structure.speeds(columns)[1:])
         ends = [values.rows["energy_fluctuation"], least, greatest, speed, stopped]
         own = _limited(solved, left, limits, ends, own, rtol)
@@ -439,7 +439,7 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
     for alone in (False, True):
         if own.success.any():
             if inertia is None:
-                own.values["needed"] = np.full(left.shape, 0.0 if alone else 1.0)
+                own.values["needed"] = np.zeros(left.shape) if alone else np.sign(own.values["exact"])
                 own.errors["needed"] = np.zeros(left.shape)
             values.put(left, own.values, own.success)
             errors.put(left, own.errors, own.success)
@@ -528,8 +528,8 @@ def _limited(
 ) -> Solutions:
     """The motions with the smallest flywheels that keep limits: many searches at once.
 
-    A design is sized alone if its search ends without a flywheel, with none, or beside flywheels of unknown state: those
-    without a motion from a first guess.
+    A design is sized alone if its search ends without a flywheel, or beside flywheels of unknown state: those without a
+    motion from a first guess.
 
     Args:
         solved: the motions of designs with flywheels (kg m² on the crank).
@@ -642,6 +642,8 @@ def _point(solutions: Solutions, row: int, inertia: float, names: Iterable[str])
 def _certain(search: limits.Search, spans: Mapping[str, Sequence[limits.Span]], inertia: float) -> bool:
     """Tests whether no lighter flywheel keeps the limits: they are broken just below it, and more so further below."""
     whole = limits.together(spans.values())
+    if inertia == 0.0:  # with which it moves
+        return True
     before = next((span.state for span, after in pairwise(whole) if after.first == inertia), None)
     points = [point for point in search.grid if point.motions]
     if len(points) == len(search.grid):

@@ -290,6 +290,23 @@ def test_the_plate_of_a_motor_with_limits_varies(name: str, limit: str) -> None:
     assert (compared(scene, paths, columns, "numpy").ways <= designs.REFINED).all()
 
 
+def test_limits_that_are_kept_without_a_flywheel_and_motors_that_stall() -> None:
+    """The rotor of a large motor is enough; a small one behind a mesh with losses cannot carry the mean load."""
+    driven = {"shafts": {"motor": {"ratio": 12, "efficiency": 0.95}}, "regime": {}, "drive": {"on": "motor"}}
+    driven["drive"]["motor"] = {"type": "induction", **PLATE, "inertia": 0.5}
+    load = [{"on": "slider", "force": "-40 kN", "from": "300 deg", "to": "355 deg"}]
+    limits = {"flywheel": {"limits": {"motor_torque": 1.5, "irregularity": 1.5}}}
+    scene = flywheel.load({**PRESS, **driven, "load": load, **limits})
+    paths = ("drive.motor.power", "drive.motor.inertia")
+    kept = compared(scene, paths, np.array([[40e3, 45e3, 60e3], [1.2, 1.5, 2.0]]), "numpy")
+    assert (kept.ways <= designs.REFINED).all()
+    assert (kept.values["exact"] == 0.0).all()
+    assert (kept.values["needed"] == 0.0).all()
+    stalled = compared(scene, paths, np.array([[1e3, 1.2e3], [0.01, 0.02]]), "numpy")
+    assert (stalled.ways == designs.REFUSED).all()
+    assert all("mean load" in reason for reason in stalled.reasons.values())
+
+
 @pytest.mark.slow
 def test_a_switch_that_appears_and_a_peak_that_narrows_are_not_missed():
     """The middle design is recorded, and held against the first and the last: loads that act nowhere, or wide peaks."""
