@@ -51,6 +51,7 @@ STIFF = 3e3
 """Exponent of the decay of a change of speed in a cycle, above which torques are stiff."""
 
 _DAMPED = 70.0  # exponent of that decay above which the motion is far from that under torques at a constant speed
+_STEADIED, _WELL_WITHIN = 8.0, 0.7  # that exponent, and a share of an irregularity: where torques alone probably keep it
 
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
@@ -174,9 +175,29 @@ def own_motion(
     return motion
 
 
-def is_damped(machine: Machine, reference: float, inertia: float, unknown: float) -> bool:
-    """Tests whether torques damp a change of speed so fast that a motion may need no flywheel; see `own_motion`."""
-    return _RegimeSearch(machine, reference, Demand(inertia, None, None), 1.0).damped(inertia, unknown)
+class Damping(NamedTuple):
+    """How torques that fall with the speed act on a motion with a flywheel, at a constant speed.
+
+    `exponent` is that of the decay of a change of speed in a cycle; `balanced` the irregularity, to first order, of the
+    speeds at which the torques balance at every angle, infinite where they do not fall with the speed.
+    """
+
+    exponent: float
+    balanced: float
+
+    @property
+    def strong(self) -> bool:
+        """Tests whether a change of speed decays so fast that the motion is far from that at a constant speed."""
+        return _DAMPED < self.exponent <= STIFF
+
+    def keeps(self, irregularity: float) -> bool:
+        """Tests whether an irregularity is probably kept without the flywheel."""
+        return self.exponent > _STEADIED and self.balanced <= _WELL_WITHIN * irregularity
+
+
+def damping(machine: Machine, reference: float, inertia: float, unknown: float) -> Damping:
+    """The damping of motions with a flywheel (kg m² on the crank) near a reference speed (rad/s)."""
+    return _RegimeSearch(machine, reference, Demand(inertia, None, None), 1.0).damping(inertia, unknown)
 
 
 def own_motion_near(
@@ -335,7 +356,7 @@ class _RegimeSearch(NamedTuple):
         unstable: OwnMotion | None = None
         failure: NoRegimeError | BudgetError | None = None
         ways = [self.from_nothing, self.from_balance, self.from_even, self.by_continuation]
-        fading = self.fading(inertia, unknown)
+        fading = self.damping(inertia, unknown).exponent
         if fading > STIFF:
             ways[:2] = ways[1::-1]
         elif fading > _DAMPED:
@@ -356,18 +377,14 @@ class _RegimeSearch(NamedTuple):
         assert failure is not None
         raise failure
 
-    def damped(self, inertia: float, unknown: float) -> bool:
-        """Tests whether torques damp a change of speed so fast that the motion is far from that at a constant speed."""
-        return _DAMPED < self.fading(inertia, unknown) <= STIFF
-
-    def fading(self, inertia: float, unknown: float) -> float:
-        """The exponent by which torques that fall with the speed damp a change of it in a cycle, at the reference speed."""
+    def damping(self, inertia: float, unknown: float) -> Damping:
+        """The damping at the reference speed."""
         moments = self.moments(self.machine.mesh, np.zeros(0), local=True)
-        slope = moments.rate(
-            np.full(moments.mesh.phi.shape, self.reference), unknown, inertia, self.own_states(moments)
-        ).by_speed
-        total = np.maximum((inertia + moments.inertia) * self.reference, 1e-300)
-        return float(cells.integral(np.maximum(-slope, 0.0) / total, moments.mesh.half).sum())
+        omega = np.full(moments.mesh.phi.shape, self.reference)
+        rate = moments.rate(omega, unknown, inertia, self.own_states(moments))
+        slope, total = np.maximum(-rate.by_speed, 0.0), np.maximum((inertia + moments.inertia) * self.reference, 1e-300)
+        exponent = float(cells.integral(slope / total, moments.mesh.half).sum())
+        return Damping(exponent, float(np.ptp(rate.moment / np.maximum(slope, 1e-300))) / self.reference)
 
     def even(self, inertia: float, unknown: float) -> OwnMotion | None:
         """The motion at a constant speed, in closed form, if nothing varies it; else None."""

@@ -286,14 +286,15 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         raise SceneError([_fault(machine, speed, inertia, 0.0, unknown, finding)])
     least = _LIGHT * max(figures.reduced_inertia.max, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
-    damped = periodic_motion.is_damped(machine, speed, guess, unknown)
-    if damped and (alone := without(directly=True)) is not None and not _unstable(alone):
+    damping = periodic_motion.damping(machine, speed, guess, unknown)
+    steadied = guess == least or damping.keeps(scene.irregularity or 0.0)
+    if steadied and (alone := without(directly=True)) is not None and not _unstable(alone):
         return alone
     try:
-        motion = solved(None, guess, directly=not damped)
+        motion = solved(None, guess, directly=not damping.strong)
         motion = solved(None, guess) if _unstable(motion) else motion
     except (NoRegimeError, BudgetError):  # of machines as even as asked without a flywheel none is found: these come first
-        if not damped and (alone := without(directly=True)) is not None and not _unstable(alone):
+        if not steadied and (alone := without(directly=True)) is not None and not _unstable(alone):
             return alone
         try:
             motion = solved(None, guess)

@@ -86,6 +86,53 @@ def test_a_motor_so_large_that_its_torque_alone_holds_the_speed():
         assert again <= 0.15 * (1 + 1e-8)
 
 
+def test_motors_that_hold_the_speed_by_themselves_are_sized_at_once():
+    """With torques as steep as theirs no flywheel keeps the irregularity exactly: none is searched for first."""
+    scene = flywheel.load(TABLE.parents[1] / "regimes" / "compressor.toml")
+    motors = {motor.name: motor for motor in read_catalogue(TABLE).motors}
+    for name in ("4P-7.5", "4P-15", "6P-5.5"):
+        result = flywheel.size(with_motor(scene, motors[name]), simulate=False)
+        assert result.flywheel.exact == 0.0
+        assert result.run.irregularity < 0.025
+        assert result.cost.stages["figures"].evaluations < 20_000  # 50,000 to 80,000 with such a search
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_flywheels_of_drawn_motors_are_the_smallest(seed):
+    """An analysis with each keeps the irregularity and the rated point; one with a little less breaks one of them.
+
+    With a motor that is refused for its heat or torque, no flywheel of a range keeps both.
+    """
+    rng, scene = np.random.default_rng(seed), flywheel.load(PUNCH)
+    rows = []
+    for k in range(8):
+        power, poles = 0.55 * 2.0 ** rng.uniform(0.0, 4.0), int(rng.choice([4, 6]))
+        speed, ratio = 6000.0 / poles * (1.0 - rng.uniform(0.02, 0.08)), rng.uniform(2.2, 3.2)
+        start = rng.uniform(0.5, 1.0) * ratio if k % 2 else ""
+        rows.append(
+            f"m{k},{power:.3f},{speed:.1f},{poles},50,{ratio:.2f},{0.002 * power:.5f},100,{start and round(start, 2)}"
+        )
+    catalogue = parse_catalogue("\n".join([f"{HEAD},starting_torque", *rows]))
+    result = flywheel.suitable_motors(scene, catalogue, at=AFTER)
+    assert not result.missing
+
+    def loads(row, inertia):
+        given = {"flywheel.irregularity": None, "flywheel.inertia": inertia}
+        sizing = flywheel.size(with_motor(scene, row, 220 * np.pi / 30).with_(given), simulate=False)
+        rms = sizing.energy.rms_torque / row.motor.rated.torque
+        return sizing.run.irregularity / 0.08, sizing.energy.rotor_heat_share, rms
+
+    sized = [one for one in (*result.suitable, *result.refused) if one.flywheel is not None]
+    assert len(sized) >= 3
+    for one in sized:
+        assert max(loads(one.motor, one.flywheel)) <= 1.0 + 1e-7
+        assert one.flywheel == 0.0 or max(loads(one.motor, 0.98 * one.flywheel)) > 1.0
+    for one in result.refused:
+        if one.reason.startswith("too much"):
+            assert all(max(loads(one.motor, inertia)) > 1.0 for inertia in np.geomspace(3.0, 3e4, 9))
+
+
 @pytest.mark.slow
 def test_heat_may_ask_for_more_flywheel_than_the_irregularity():
     loose = PUNCH | {"flywheel": {"irregularity": "25 %"}}
