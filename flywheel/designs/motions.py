@@ -18,12 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.recording import Program
-from flywheel.components.motors.motor import Point
+from flywheel.components.motors.motor import DesignMotors
 from flywheel.designs import batch
 from flywheel.machine.equation import Moments, Rate
 from flywheel.machine.machine import MeshStage
-from flywheel.machine.programs import MOTOR, RATE, STAGE, DesignValues, Structure
+from flywheel.machine.programs import RATE, STAGE, DesignValues, Structure
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Cells, Index
 from flywheel.numerics.faults import SceneError
@@ -273,47 +272,6 @@ class DesignMoments(SeveralMoments):
         """The integral over a cell of half width 1 of values at its nodes, at a few of them, or of a constant."""
         weights = {1: np.array([2.0]), ORDER: _WEIGHTS, _FEW_WEIGHTS.size: _FEW_WEIGHTS}[values.shape[-1]]
         return np.asarray(values @ weights)
-
-
-class DesignMotors:
-    """The motors of designs as one, with those methods of `Motor` by which limited figures follow along motions.
-
-    Args:
-        program: of the structure's motor, see `MOTOR`.
-        columns: the numbers of the designs (paths, designs), SI.
-
-    """
-
-    circuit = whole_heat = None
-
-    def __init__(self, program: Program, columns: Array) -> None:
-        self._program, self._inputs = program, columns[:, :, None, None]
-        nothing = np.zeros((columns.shape[1], 1, 1))
-        names = "rated_speed", "rated_torque", "no_load_speed"
-        rated: Any
-        *rated, self.no_load_speed = (self._at(name, nothing)[:, 0, 0] for name in names)
-        self.rated = Point(*rated)
-
-    def _at(self, name: str, omega: Array) -> Array:
-        """A row of `MOTOR` at speeds of the shafts (rad/s), (designs, cells, nodes)."""
-        part = self._program._replace(outputs=(self._program.outputs[MOTOR.index(name)],)).only(1)
-        return np.asarray(part.function()(0.0, *self._inputs, omega, 0.0)[0] + np.zeros_like(omega))
-
-    def torque(self, omega: Array) -> Array:
-        """Torques on the shafts, N m."""
-        return self._at("torque", omega)
-
-    def slope_at(self, omega: Array) -> Array:
-        """Slopes of the torques, N m s/rad."""
-        return self._at("slope", omega)
-
-    def current_share(self, omega: Array) -> Array:
-        """Currents over the rated ones."""
-        return self._at("current_share", omega)
-
-    def heat_share(self, omega: Array) -> Array:
-        """Heat over that at the rated points."""
-        return self._at("heat_share", omega)
 
 
 def operating_points(moments: DesignMoments, numbers: Array, targets: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

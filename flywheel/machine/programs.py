@@ -23,7 +23,7 @@ values at the nodes are the same. Where a design cannot be recorded, the reason 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -37,7 +37,7 @@ from bondgraph.elements import Here
 from bondgraph.numerics import count
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from bondgraph.reduction import Reduced, Station
-from flywheel.components.motors import Motor
+from flywheel.components.motors.motor import motor_program
 from flywheel.machine.loads import POSITION, LoadLaw, at_speeds, decided_here, moving_switches
 from flywheel.machine.machine import DRIVE, WIDEST, Anchor, Angles, Machine, MeshStage, circuit_of
 from flywheel.numerics import expressions
@@ -449,9 +449,6 @@ RATE = ("drive", "drive_by_speed", "moving", "resistance")
 resistances, and the resistance R*; then of each of its stages the values of `STAGE`."""
 STAGE = ("moment", "by_speed", "by_unknown", "exchanged", "inertia", "slope")
 """Of a stage: M* with its slopes and the sum of |contributions|, I* and dI*/dphi."""
-MOTOR = ("torque", "slope", "current_share", "heat_share", "rated_torque", "rated_speed", "no_load_speed")
-"""Of a motor, at a speed of its shaft: torque with its slope, current and heat over those at its rated point; then that
-point, and its speed without load. NaN where its type does not give it, or no limit needs it."""
 
 
 class Narrow(NamedTuple):
@@ -491,9 +488,8 @@ class Structure:
     walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
     flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
     crank's; NaN if there is none; then the typical speed and the characteristic speeds of a motor. twin: the machine
-    that it was recorded from. limits: those of its scene, in their order. motor: that of a scene with limits of it, by
-    `MOTOR`, from (phi, *columns, omega, unknown), omega being the speed of its shaft. efficiencies: those of its stages,
-    where they may vary.
+    that it was recorded from. limits: those of its scene, in their order. motor: one with limits (see `motor_program`),
+    from (phi, *columns, omega, unknown). efficiencies: those of its stages, where they may vary.
     """
 
     paths: tuple[str, ...]
@@ -804,22 +800,13 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     if not machine.sets_its_speed:
         return structure
     own, at = tuple(recorder.inputs), (recorder.input("omega"), recorder.input("unknown"))
-    moving = {
-        id(walk): walk._replace(
-            rate=_rate(machine, recorder, phi, *at, anchors[k]),
-            switches=_switches(machine, recorder, phi, at[0], anchors[k]) if twin.switches_at_speeds else None,
-        )
-        for k, walk in walks.items()
-    }
-    walks_of_all, limited = (
-        tuple(moving[id(walk)] for walk in stretches),
-        any(name != "irregularity" for name in scene.limits),
-    )
-    motor = (
-        _motor(scene.motor, scene.limits, recorder, at[0])
-        if limited and scene.motor is not None and not recorder.exact
-        else None
-    )
+    moving = dict[int, StretchWalk]()
+    for k, walk in walks.items():
+        switches = _switches(machine, recorder, phi, at[0], anchors[k]) if twin.switches_at_speeds else None
+        moving[id(walk)] = walk._replace(rate=_rate(machine, recorder, phi, *at, anchors[k]), switches=switches)
+    limits = [] if recorder.exact else [name for name in scene.limits if name != "irregularity"]
+    motor = motor_program(scene.motor, limits, recorder, at[0]) if limits and scene.motor is not None else None
+    walks_of_all = tuple(moving[id(walk)] for walk in stretches)
     return replace(structure, walks=walks_of_all, motor=motor, conditions=recorder.conditions(own))
 
 
@@ -859,17 +846,6 @@ def _switches(machine: RecordedMachine, recorder: Recorder, phi: Recorded, omega
             if element.name in efforts:
                 values += efforts[element.name].speed_switches(here, there)
     return recorder.program(values)
-
-
-def _motor(motor: Motor, limits: Iterable[str], recorder: Recorder, omega: Any) -> Program:
-    """The program of `MOTOR` at a speed of the motor's shaft, as far as limits need it."""
-    nothing, torque = float("nan"), motor.law().evaluate({"omega": Jet(omega, 1.0)}, _JETS)
-    torque = torque if isinstance(torque, Jet) else Jet(torque, 0.0)
-    current = motor.current_share(omega) if "current_pulsation" in limits else None
-    heat = motor.heat_share(omega) if "motor_heat" in limits else None
-    rated = (nothing, nothing) if motor.rated is None else (motor.rated.torque, motor.rated.speed)
-    outputs = torque.value, torque.first, current, heat, *rated, motor.no_load_speed
-    return recorder.program([nothing if each is None else np.asarray(each)[()] for each in outputs])
 
 
 def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> StretchWalk:

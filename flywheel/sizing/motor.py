@@ -190,7 +190,7 @@ class MotorShafts(MotorShaft):
     """The shafts of motors along many motions, on the cells of these.
 
     Args:
-        motor: that all have, or those of each as one (see `designs.motions.DesignMotors`).
+        motor: that all have, or those of each as one (see `DesignMotors`).
         ratio: speed of each shaft over its crank's; a number, or one for each motion.
         run: the motions' speeds and errors, arrays.
         solved: the motions.

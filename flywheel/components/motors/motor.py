@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.graph import Part
 from bondgraph.numerics import root
+from bondgraph.recording import NAMESPACE, Program, Recorder
 from flywheel.components.energy import Energy
 from flywheel.components.motors.thermal import Thermal
 from flywheel.language import text as _
@@ -668,3 +669,64 @@ def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tu
 def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> list[Fault]:
     """The faults of a rated point, whose torque must be positive."""
     return number_faults(speed, point.speed, POSITIVE) + number_faults(torque, point.torque, POSITIVE)
+
+
+# -- those of many designs ------------------------------------------------------------------------------------------------
+
+_OF_DESIGNS = ("torque", "slope", "current_share", "heat_share", "rated_torque", "rated_speed", "no_load_speed")
+
+
+def motor_program(motor: Motor, limits: Sequence[str], recorder: Recorder, omega: Any) -> Program:
+    """The program of a motor with recorded numbers, from all inputs on record, as far as limits need it.
+
+    Torque with its slope, current and heat over those at its rated point, at a recorded speed of its shaft (rad/s); then
+    that point, and its speed without load. NaN where its type does not give it, or no limit needs it.
+    """
+    nothing, torque = math.nan, motor.law().evaluate({"omega": Jet(omega, 1.0)}, jet_namespace(NAMESPACE))
+    torque = torque if isinstance(torque, Jet) else Jet(torque, 0.0)
+    current = motor.current_share(omega) if "current_pulsation" in limits else None
+    heat = motor.heat_share(omega) if "motor_heat" in limits else None
+    rated = (nothing, nothing) if motor.rated is None else (motor.rated.torque, motor.rated.speed)
+    outputs = torque.value, torque.first, current, heat, *rated, motor.no_load_speed
+    return recorder.program([nothing if each is None else np.asarray(each)[()] for each in outputs])
+
+
+class DesignMotors:
+    """The motors of designs as one, with those methods of `Motor` by which limited figures follow along motions.
+
+    Args:
+        program: of `motor_program`, from (phi, *columns, omega, unknown).
+        columns: the numbers of the designs (paths, designs), SI.
+
+    """
+
+    circuit = whole_heat = None
+
+    def __init__(self, program: Program, columns: Array) -> None:
+        self._program, self._inputs = program, columns[:, :, None, None]
+        nothing = np.zeros((columns.shape[1], 1, 1))
+        names = "rated_speed", "rated_torque", "no_load_speed"
+        rated: Any
+        *rated, self.no_load_speed = (self._at(name, nothing)[:, 0, 0] for name in names)
+        self.rated = Point(*rated)
+
+    def _at(self, name: str, omega: Array) -> Array:
+        """An output of the program at speeds of the shafts (rad/s), (designs, cells, nodes)."""
+        part = self._program._replace(outputs=(self._program.outputs[_OF_DESIGNS.index(name)],)).only(1)
+        return np.asarray(part.function()(0.0, *self._inputs, omega, 0.0)[0] + np.zeros_like(omega))
+
+    def torque(self, omega: Array) -> Array:
+        """Torques on the shafts, N m."""
+        return self._at("torque", omega)
+
+    def slope_at(self, omega: Array) -> Array:
+        """Slopes of the torques, N m s/rad."""
+        return self._at("slope", omega)
+
+    def current_share(self, omega: Array) -> Array:
+        """Currents over the rated ones."""
+        return self._at("current_share", omega)
+
+    def heat_share(self, omega: Array) -> Array:
+        """Heat over that at the rated points."""
+        return self._at("heat_share", omega)
