@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
@@ -259,7 +260,8 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
     from flywheel.sizing.proof import proven  # the library is an extra
 
     if regime is not None and regime.machine.sets_its_speed and not scene.limits:  # reversals of meshes near the true ones
-        regime, _ = _regime(regime.machine, min(regime.rtol, _NEAR))
+        with suppress(SceneError):  # the one at hand will do
+            regime, _ = _regime(regime.machine, min(regime.rtol, _NEAR))
     if regime is None or regime.run is None:
         return proven(scene)
     return proven(scene, _near(regime, regime.run))

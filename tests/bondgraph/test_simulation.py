@@ -676,7 +676,7 @@ def test_where_nothing_is_exchanged_nothing_is_amiss(bits):
 
 def test_a_signal_that_is_called_as_a_flow_has_its_declared_meaning_in_the_audit_too():
     b = Builder().one("arm").signal("f_arm").on("arm", Se("u", lambda f_arm: f_arm), R("r", 1.0), I("L", 0.1))
-    run = simulate(b.build(), 1.0, signals={"f_arm": np.cos})
+    run = simulate(b.build(), 1.0, signals={"f_arm": lambda t: np.cos(t)})
     power = 10.0 / 101.0 * (10.0 * np.cos(run.t) + np.sin(run.t) - 10.0 * np.exp(-10.0 * run.t)) * np.cos(run.t)
     assert_allclose(-run.power("u", run.t), power, rtol=1e-7, atol=1e-9)
 

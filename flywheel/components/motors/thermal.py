@@ -188,7 +188,7 @@ class Temperature(NamedTuple):
     @property
     def within(self) -> bool:
         """True if the windings stay within the limit."""
-        return self.greatest <= self.limit * (1.0 + self.error)
+        return bool(self.greatest <= self.limit * (1.0 + self.error))
 
     def as_dict(self) -> dict[str, Any]:
         """The record for JSON, SI throughout."""
