@@ -491,7 +491,8 @@ class Motions:
             if laws[0].outwards is None:
                 laws = [laws[1].all_over()] * 2
             own, followed = self._followed(cell, laws, value, narrow)
-            if own is None and self._switches and laws[0].outwards is not None:  # where a piece begins, or a mesh idles
+            open_still = self._switches and laws[0].outwards is not None and own is None
+            if open_still and (narrow or near.irregularity < _LEAST_UNEVEN):  # where a piece begins, or a mesh idles
                 own, followed = self._followed(cell, [laws[1].all_over()._replace(outwards=None)] * 2, value, narrow)
             if own is None and narrow and structure.twin.jumps_at_speeds:
                 raise UnprovenError(f"a torque that may jump at a speed, at {float(cell.middle):.6g} rad")
