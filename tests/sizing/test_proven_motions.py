@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from bondgraph.recording import NAMESPACE, Recorder
 from flywheel.language import use
+from flywheel.numerics.expressions import walk
 from flywheel.tables import sizing as listing
 from flywheel.tables import summary
 from tests.extras import extra
@@ -386,6 +387,18 @@ def test_the_motion_with_every_motor_without_states_is_proven(name: str, torque:
         low, high = result.proof.figures[key]
         assert high - low <= WIDEST * high
         assert low * (1 - 1e-11) <= mine <= high * (1 + 1e-11)
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_the_torque_of_no_motor_jumps_at_a_speed(name: str) -> None:
+    """So a motion is proven over its kinks, while loads that may jump are refused."""
+    motor = driven(MOTORS[name]).motor
+    assert motor is not None
+    nodes = [*walk(motor.law().tree)]
+    ends = {arg.number for node in nodes if node.op == "compare" for arg in node.args if arg.op == "number"}
+    for speed in sorted(ends | {*np.linspace(0.0, 300.0, 3001).tolist()}):
+        below, above = motor.torque([speed - 1e-9, speed + 1e-9])
+        assert abs(above - below) < 1e-6 * max(abs(above), motor.rated.torque if motor.rated else 1.0), speed
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "pchip"])
