@@ -566,6 +566,23 @@ def test_intervals_over_ranges_hold_all_corners_and_are_little_wider(wheel: dict
         assert high - low <= 1.2 * (max(values) - min(values)) + 1e-9 * abs(high), key
 
 
+def test_ranges_move_the_angles_at_which_loads_jump() -> None:
+    """Where sin(phi) passes a, and where the slider turns back: at both, work moves in the first order."""
+
+    def figures_of(a: Any, offset: str) -> Any:
+        load = [{"on": "crank", "torque": "-900*(sin(phi) > a)"}, {"on": "slider", "force": "-3000*sign(v)"}]
+        mechanism = {**PRESS["mechanism"], "slider": {"mass": "60 kg", "offset": offset}}
+        return proven({**PRESS, "parameters": {"a": a}, "mechanism": mechanism, "load": load}).figures
+
+    wide = figures_of("0.4 ± 0.01", "31.7 mm ± 2 mm")
+    corner = [figures_of(a, offset) for a, offset in product((0.39, 0.41), ("29.7 mm", "33.7 mm"))]
+    for key in ("balance.value", "flywheel.exact"):
+        (low, high), ends = wide[key], [each[key] for each in corner]
+        assert low <= min(end[0] for end in ends)
+        assert max(end[1] for end in ends) <= high
+        assert high - low < 1.2 * (max(end[1] for end in ends) - min(end[0] for end in ends)), key
+
+
 def test_ranges_of_a_rotor_by_its_closed_form() -> None:
     """A torque T over an angle L: fluctuation T L (1 - L/2 pi), which is greatest in the middle of the range of L."""
     scene = {
