@@ -594,12 +594,17 @@ class Motions:
         return self._speeds(wheel, orbit.reach, orbit.start)
 
     def _decided(self, places: Sequence[balls.BallPlace], tubes: Sequence[balls.Tube]) -> bool:
-        """Tests whether meshes and switches keep to their sides in all tubes; in other cells their sides are left open."""
+        """Tests whether meshes and switches keep to their sides in all tubes; in other cells their sides are left open.
+
+        Raises UnprovenError where a torque may jump, which has no slope then.
+        """
         undecided = list[int]()
         for k, (place, tube, (laws, _)) in enumerate(zip(places, tubes, self._with_wheel(self._ranges[0]), strict=True)):
             try:
                 self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, self._ranges[1])
             except UnprovenError:
+                if laws[0].jumps:
+                    raise
                 undecided.append(k)
         for k in undecided:
             self._laws[k] = [self._laws[k][1].all_over()._replace(outwards=None)] * 2
