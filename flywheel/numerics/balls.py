@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import heapq
 import math
-import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial, reduce
 from itertools import count, pairwise
@@ -25,7 +24,7 @@ import flint
 import numpy as np
 from flint import arb, arb_poly, arb_series, fmpq
 
-from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.jets import jet_namespace
 
 _TURNS = 720  # multiples of pi are known as such down to pi over this, and up to pi times this
 _LAST_DIGIT = 2.0**-51  # of a multiple of 1/pi: what a float of it may be off by
@@ -34,7 +33,6 @@ _NARROWEST = 2.0**-40  # of the span: cells are not cut narrower
 _STEEP = 1.6  # what a cell leaves open grows with its width to the power of the order times this
 _SAFE, _SHRINKS, _LEAST_SHARE = 0.95, 0.2, 1e-60  # of the next width over that wanted, and over the last; of what is open
 _MOST_SPLITS, _RECENTRED = 4_000, 100  # of intervals, for one extreme; after so many, polynomials are taken about each
-_SAMPLES, _FINE = 32, 1e-3  # places on a cell; of what ranges change: what wider intervals may add
 _MOST_CYCLES, _MOST_PICARD = 12, 60  # Newton's steps to a periodic solution, and Picard's along a cell
 _MOST_WIDER = 4  # tries to enclose a periodic solution
 _CLOSED = 1e-2  # of the error allowed: what these steps may leave
@@ -111,7 +109,7 @@ def around(middle: Any, radius: Any) -> Any:
 
 def first(u: Any) -> Any:
     """The first coefficient of a series, or a ball itself."""
-    return u[0] if isinstance(u, arb_series) else _lifted(u)
+    return u[0] if isinstance(u, arb_series) else lifted(u)
 
 
 def ball(value: Any) -> Any:
@@ -135,6 +133,11 @@ def over(u: Any, span: Any) -> Any:
     return arb_poly(u.coeffs())(span) if isinstance(u, arb_series) else u
 
 
+def line(at_middle: Any, slope: Any) -> Any:
+    """A polynomial of degree 1."""
+    return arb_poly([at_middle, slope])
+
+
 def series(polynomial: Any, order: int) -> Any:
     """The power series of a polynomial, to an order."""
     return arb_series(polynomial, order + 1)
@@ -153,12 +156,13 @@ def positive(value: Any) -> Any:
 # -- functions of balls and of series ----------------------------------------------------------------------------------
 
 
-def _lifted(u: Any) -> Any:
+def lifted(u: Any) -> Any:
+    """A ball or a series, of a plain number as well."""
     return u if isinstance(u, arb | arb_series) else arb(u)
 
 
 def _one(name: str) -> Callable[[Any], Any]:
-    return lambda u: getattr(_lifted(u), name)()
+    return lambda u: getattr(lifted(u), name)()
 
 
 def sign(u: Any) -> int:
@@ -174,24 +178,24 @@ def sign(u: Any) -> int:
 def _power(u: Any, exponent: Any) -> Any:
     number = float(exponent)
     if number == int(number) and abs(number) < 64:
-        base, size = _lifted(u), abs(int(number))
+        base, size = lifted(u), abs(int(number))
         product = arb(1) + 0 * base
         for _ in range(size):
             product = product * base
         return 1 / product if number < 0 else product
-    return _lifted(u).sqrt() if number == 0.5 else (_lifted(u).log() * exponent).exp()
+    return lifted(u).sqrt() if number == 0.5 else (lifted(u).log() * exponent).exp()
 
 
 def _angle(y: Any, x: Any) -> Any:
     """The angle of a point (x, y): of series where x is positive or y keeps its sign, by the smaller over the larger."""
     if not (isinstance(y, arb_series) or isinstance(x, arb_series)):
-        return arb.atan2(_lifted(y), _lifted(x))
+        return arb.atan2(lifted(y), lifted(x))
     right, up = first(x), first(y)
     if right > 0 and not abs(up) > right:
-        return (_lifted(y) / x).atan()
+        return (lifted(y) / x).atan()
     if right < 0 and abs(up) < -right:
-        return arb.pi() * sign(y) + (_lifted(y) / x).atan()
-    return arb.pi() * sign(y) / 2 - (_lifted(x) / y).atan()
+        return arb.pi() * sign(y) + (lifted(y) / x).atan()
+    return arb.pi() * sign(y) / 2 - (lifted(x) / y).atan()
 
 
 SIGNS: dict[str, tuple[int, ...]] = {
@@ -212,7 +216,7 @@ def _decided(name: str, a: Any, b: Any) -> bool:
 NAMESPACE = SimpleNamespace(
     **{name: _one(name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")},
     **{name: _one(name) for name in ("acosh", "sinh", "cosh", "tanh")},
-    divide=lambda a, b: _lifted(a) / b,
+    divide=lambda a, b: lifted(a) / b,
     atan2=_angle,
     power=_power,
     abs=lambda u: u * sign(u),
@@ -343,7 +347,7 @@ def _model(
 def coefficient(u: Any, k: int) -> Any:
     """A coefficient of a series; of a constant, of which all others are zero."""
     if not isinstance(u, arb_series):
-        return _lifted(u) if k == 0 else arb(0)
+        return lifted(u) if k == 0 else arb(0)
     return u[k] if u.prec > k else arb("nan")
 
 
@@ -433,198 +437,6 @@ class _Precision:
 
     def __exit__(self, *_: object) -> None:
         flint.ctx.prec, flint.ctx.cap = self._before
-
-
-# -- ranges ----------------------------------------------------------------------------------------------------------------
-
-
-class Centred:
-    """A value f at the middle m of ranges of some numbers, and balls of its slopes f_k by each of them all over the ranges.
-
-    f lies in f(m) + sum of f_k(P) (P_k - m_k): the mean value form. `halves` has half the width of each range. `value`, a
-    ball of f all over the ranges, is this form unless another is given, for instance if slopes are those at a position that
-    moves.
-
-    Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapter 6.
-
-    >>> halves = {"x": arb("0.25")}
-    >>> x = Centred(arb(2), {"x": arb(1)}, halves)
-    >>> (x - x).value.is_zero(), (x * x).value.contains(arb(5)), x * x > 2.8
-    (True, True, True)
-
-    """
-
-    __slots__ = ("_other", "halves", "middle", "slopes")
-
-    def __init__(self, middle: Any, slopes: dict[Any, Any], halves: Mapping[Any, Any], other: Any = None) -> None:
-        self.middle, self.slopes, self.halves, self._other = middle, slopes, halves, other
-
-    @property
-    def value(self) -> Any:
-        """The ball of the value all over the ranges."""
-        if self._other is not None:
-            return self._other
-        return sum((slope * arb(0, self.halves[k]) for k, slope in self.slopes.items()), self.middle)
-
-    def each(self, function: Callable[[Any], Any]) -> Centred:
-        """A linear function of the value."""
-        slopes = {k: function(slope) for k, slope in self.slopes.items()}
-        return Centred(function(self.middle), slopes, self.halves, None if self._other is None else function(self._other))
-
-    def __neg__(self) -> Centred:
-        return self.each(operator.neg)
-
-    def __add__(self, other: Any) -> Centred:
-        if not isinstance(other, Centred):
-            return Centred(
-                self.middle + other, self.slopes, self.halves, None if self._other is None else self._other + other
-            )
-        slopes = {k: self.slopes.get(k, 0) + other.slopes.get(k, 0) for k in self.slopes | other.slopes}
-        given = None if self._other is None and other._other is None else self.value + other.value
-        return Centred(self.middle + other.middle, slopes, self.halves, given)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Centred:
-        return self.__add__(-other)
-
-    def __rsub__(self, other: Any) -> Centred:
-        return (-self).__add__(other)
-
-    def __mul__(self, other: Any) -> Centred:
-        if not isinstance(other, Centred):
-            return self.each(lambda part: part * other)
-        here, there = self.value, other.value
-        slopes = {k: self.slopes.get(k, 0) * there + here * other.slopes.get(k, 0) for k in self.slopes | other.slopes}
-        given = None if self._other is None and other._other is None else here * there
-        return Centred(self.middle * other.middle, slopes, self.halves, given)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Centred:
-        if not isinstance(other, Centred):
-            return self.each(lambda part: part / other)
-        below = other.value
-        quotient = self.value / below
-        slopes = {k: (self.slopes.get(k, 0) - quotient * other.slopes.get(k, 0)) / below for k in self.slopes | other.slopes}
-        return Centred(self.middle / other.middle, slopes, self.halves)
-
-    def __rtruediv__(self, other: Any) -> Centred:
-        return Centred(arb(other), {}, self.halves) / self
-
-    def __pow__(self, exponent: int) -> Centred:
-        return math.prod([self] * (exponent - 1), start=self)
-
-    def __gt__(self, other: Any) -> bool:
-        return bool(self.value > other)
-
-    def max(self, other: Any) -> Centred:
-        """The greater of the value and a plain ball."""
-        if self.value < other:
-            return Centred(_lifted(other), {}, self.halves)
-        return Centred(self.middle.max(other), {k: arb(0).union(slope) for k, slope in self.slopes.items()}, self.halves)
-
-
-def over_ranges(
-    plain: Callable[..., Sequence[Any]], of_jets: Callable[..., Sequence[Any]], at: Centred, columns: Sequence[Any]
-) -> list[Centred]:
-    """Values of a function all over the ranges of its arguments, with their slopes at a position.
-
-    Args:
-        plain: the function of balls and series, with the position as its first argument.
-        of_jets: the same of jets.
-        at: the position.
-        columns: further arguments, Centred or without a range.
-
-    """
-    middles = plain(at.middle, *(each.middle if isinstance(each, Centred) else each for each in columns))
-    place, wide = at.value, [each.value if isinstance(each, Centred) else each for each in columns]
-    slopes: list[dict[Any, Any]] = [{} for _ in middles]
-    for k in at.halves:
-        own = [each.slopes.get(k) if isinstance(each, Centred) else None for each in columns]
-        arguments = [value if slope is None else Jet(value, slope) for value, slope in zip(wide, own, strict=True)]
-        for output, value in zip(slopes, of_jets(place, *arguments), strict=True):
-            if isinstance(value, Jet):
-                output[k] = value.first
-    rows = zip(middles, slopes, plain(place, *wide), strict=True)
-    return [Centred(_lifted(middle), each, at.halves, _lifted(whole)) for middle, each, whole in rows]
-
-
-class CurveOverRanges(NamedTuple):
-    """A function f(x, p) on a cell of s, with x of s and p: at the middles of ranges of numbers p, and all over them.
-
-    Polynomials of s: `slopes` f_k by the numbers at a given x, `steep` df/dx, `moved` x_k. At a given s the slopes are
-    f_k + x_k df/dx. `breaks` are the ends of the cell at which df/dx may jump.
-    """
-
-    curve: BallCurve
-    slopes: dict[Any, Any]
-    steep: Any
-    moved: dict[Any, Any]
-    breaks: Sequence[Any]
-
-    def at(self, place: Any) -> dict[Any, Any]:
-        """The slopes at a given s."""
-        steep, moved = self.steep(place), self.moved
-        return {k: slope(place) + (steep * moved[k](place) if k in moved else 0) for k, slope in self.slopes.items()}
-
-
-def slopes_at_greatest(curves: Sequence[CurveOverRanges], halves: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Balls of the slopes of the greatest value of a function over s, by numbers in ranges on which it depends.
-
-    The greatest value changes with p by slopes g_k at given places s where f is greatest for some p. There
-    f(s, m) - f(s', m) + sum of |g_k(s, P) - g_k(s', P)| half the width of range k is not below 0, for any s'; and between
-    breaks df/dx = 0, so that g_k = f_k.
-
-    Args:
-        curves: the function on cells.
-        halves: half the width of each range.
-
-    Source: F. H. Clarke, Optimization and Nonsmooth Analysis, SIAM 1990, section 2.8.
-
-    """
-    samples = ((each.curve.value(at), at, each) for each in curves for at in _across(each.curve))
-    best, place, highest = max(samples, key=lambda sample: sample[0].mid())
-    here = highest.at(place)
-    size = sum((abs(slope) * halves[k] for k, slope in here.items()), arb(0))
-
-    def possible(value: Any, slopes: dict[Any, Any]) -> bool:
-        apart = sum((abs(slope - here[k]) * halves[k] for k, slope in slopes.items()), arb(0))
-        return not value - best + apart < 0
-
-    found: dict[Any, Any] = {}
-    todo = [(each, each.curve.low, each.curve.high) for each in curves]
-    for split in count():
-        if not todo:
-            return found
-        each, low, high = todo.pop()
-        curve, middle, span = each.curve, arb(((low + high) / 2).mid()), low.union(high)
-        rise = curve.slope(span)
-        top = curve.value(middle) + rise * (span - middle)
-        if rise > 0 or rise < 0:
-            top = curve.value(high if rise > 0 else low)
-        if not possible(top, each.at(span)):
-            continue
-        inside = {k: slope(span) for k, slope in each.slopes.items()} if each.steep(span).contains(0) else {}
-        width = sum((ball.rad() * halves[k] for k, ball in inside.items()), arb(0))
-        least = sum((slope(middle).rad() * halves[k] for k, slope in each.slopes.items()), arb(0))
-        if width > 1.1 * least + _FINE * size and split < _MOST_SPLITS:
-            todo += [(each, low, middle), (each, middle, high)]
-            continue
-        ends = [each.at(end) for end in each.breaks if span.overlaps(end) and possible(curve.value(end), each.at(end))]
-        for part in filter(None, (inside, *ends)):
-            found = {k: found.get(k, ball).union(ball) for k, ball in part.items()}
-    raise AssertionError("unreachable")
-
-
-def line(at_middle: Any, slope: Any) -> Any:
-    """A polynomial of degree 1."""
-    return arb_poly([at_middle, slope])
-
-
-def _across(curve: BallCurve) -> list[Any]:
-    """Places all over a cell, ends included."""
-    return [(curve.low + (curve.high - curve.low) * k / _SAMPLES).mid() for k in range(_SAMPLES + 1)]
 
 
 # -- periodic solutions ------------------------------------------------------------------------------------------------
