@@ -128,6 +128,12 @@ def hull(values: Iterable[Any]) -> Any:
     return reduce(lambda one, other: one.union(other), values)
 
 
+def polynomial_hull(polynomials: Sequence[Any]) -> Any:
+    """A polynomial whose coefficients contain those of some."""
+    most = max(each.degree() for each in polynomials)
+    return arb_poly([hull(each[k] for each in polynomials) for k in range(most + 1)])
+
+
 def over(u: Any, span: Any) -> Any:
     """The ball of a series at all distances from its middle in a ball, or a ball itself."""
     return arb_poly(u.coeffs())(span) if isinstance(u, arb_series) else u
@@ -141,6 +147,11 @@ def line(at_middle: Any, slope: Any) -> Any:
 def series(polynomial: Any, order: int) -> Any:
     """The power series of a polynomial, to an order."""
     return arb_series(polynomial, order + 1)
+
+
+def pair(polynomial: Any, span: Any, order: int) -> list[Any]:
+    """The power series of a polynomial about 0 and about every place of a ball at once."""
+    return [series(polynomial, order), series(polynomial(line(span, 1)), order)]
 
 
 def enclosing(about: Any, all_over: Any, order: int) -> Any:
@@ -556,14 +567,18 @@ class Growth(NamedTuple):
 
 def growths(cells: Sequence[BallPlace], order: int, near: Sequence[Any]) -> list[Growth]:
     """The growths of deviations along polynomials: it suffices that these are near a solution."""
-    found = []
-    for cell, own in zip(cells, near, strict=True):
-        low, high = (end.mid() - cell.middle for end in (cell.low, cell.high))
-        _, steep, *_ = cell.inner(series(own, order))
-        rising = series(_middles(_polynomial(steep, order - 1)), order - 1).integral()
-        growth = rising - arb_poly(rising.coeffs())(low)
-        found.append(Growth(low, high, _middles(arb_poly(growth.exp().coeffs())), (-growth).exp()))
-    return found
+    steeps = ([*cell.inner(series(own, order))][1] for cell, own in zip(cells, near, strict=True))
+    return [
+        growth(cell.low.mid() - cell.middle, cell.high.mid() - cell.middle, _polynomial(steep, order - 1), order)
+        for cell, steep in zip(cells, steeps, strict=True)
+    ]
+
+
+def growth(low: Any, high: Any, steep: Any, order: int) -> Growth:
+    """The growth of a deviation between two distances from a cell's middle, from the polynomial of dF/dE."""
+    rising = series(middles(steep), order - 1).integral()
+    alone = rising - arb_poly(rising.coeffs())(low)
+    return Growth(low, high, middles(arb_poly(alone.exp().coeffs())), (-alone).exp())
 
 
 def approached(
@@ -581,8 +596,8 @@ def approached(
         parts, grown, gap = list[tuple[Any, ...]](), arb(1), arb(0)
         following = [*zip(cells[1:], polynomials[1:], strict=True), (cells[0], polynomials[0])]
         for polynomial, rate, growth, (after, next_own) in zip(polynomials, rates, growing, following, strict=True):
-            missed = series(_middles(_polynomial(rate, order - 1) - polynomial.derivative()), order - 1)
-            forced = growth.alone * _middles(arb_poly((growth.inverse * missed).integral().coeffs()))
+            missed = series(middles(_polynomial(rate, order - 1) - polynomial.derivative()), order - 1)
+            forced = growth.alone * middles(arb_poly((growth.inverse * missed).integral().coeffs()))
             forced -= growth.alone * forced(growth.low)
             jump = polynomial(growth.high) - next_own(after.low.mid() - after.middle)
             ahead = growth.alone(growth.high)
@@ -598,7 +613,7 @@ def approached(
         change = reduce(arb.max, (own(cell.span).abs_upper() for cell, own in zip(cells, corrections, strict=True)))
         if change < error or not change < _SHRUNK * last:
             return polynomials, rates
-        polynomials = tuple(_middles(own + more) for own, more in zip(polynomials, corrections, strict=True))
+        polynomials = tuple(middles(own + more) for own, more in zip(polynomials, corrections, strict=True))
     raise UnprovenError("that a steady motion is near")
 
 
@@ -617,14 +632,15 @@ def solution(cell: BallPlace, value: Any, near: Any, order: int, error: float) -
     own, change = near + (value - near(low)), arb("inf")
     for _ in range(_MOST_PICARD):
         rising = _polynomial(next(iter(cell.inner(series(own, order)))), order - 1).integral()
-        polynomial = _middles(rising + (value - rising(low)))
+        polynomial = middles(rising + (value - rising(low)))
         last, change, own = change, (polynomial - own)(reach).abs_upper(), polynomial
         if change < error or not change < last:
             break
     return own
 
 
-def _middles(polynomial: Any) -> Any:
+def middles(polynomial: Any) -> Any:
+    """A polynomial without the radii of its coefficients."""
     return arb_poly([each.mid() for each in polynomial.coeffs()])
 
 

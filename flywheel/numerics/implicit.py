@@ -15,7 +15,7 @@ import numpy as np
 from flint import arb, arb_mat, arb_series
 
 from flywheel.numerics.balls import UnprovenError, around, ball, coefficient, first, key, variable
-from flywheel.numerics.jets import Jet
+from flywheel.numerics.jets import Jet, value_of
 
 _BOX = 1e-10  # least half width of a box in which a solution is searched for
 _MOST_BOXES = 8  # boxes tried, and steps that narrow the enclosure in the one that holds
@@ -77,7 +77,7 @@ class ImplicitEquations:
 
     def __call__(self, x: Any, *numbers: Any) -> list[Any]:
         """All unknowns, then their first and then their second derivatives."""
-        place, plain = _value(x), [_value(number) for number in numbers]
+        place, plain = value_of(x), [value_of(number) for number in numbers]
         series = isinstance(place, arb_series)
         order = (place.prec - 1 if series else 0) + _DERIVATIVES
         moving = isinstance(x, Jet)
@@ -216,7 +216,7 @@ class ZeroNear:
 
     def __call__(self, *numbers: Any) -> list[Any]:
         """The zero alone."""
-        plain = [_value(number) for number in numbers]
+        plain = [value_of(number) for number in numbers]
         zero, _ = self.at(plain)
         if not any(isinstance(number, Jet) for number in numbers):
             return [zero]
@@ -351,10 +351,6 @@ class _Order:
 
     def __exit__(self, *_: object) -> None:
         flint.ctx.cap = self._before
-
-
-def _value(number: Any) -> Any:
-    return number.value if isinstance(number, Jet) else number
 
 
 def _column(entries: Sequence[Any]) -> Any:

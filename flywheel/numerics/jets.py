@@ -87,7 +87,8 @@ class Jet:
         return _constant_power(self, exponent, operator.pow)
 
 
-def _value(u: Any) -> Any:
+def value_of(u: Any) -> Any:
+    """The value of a jet, or a plain number."""
     return u.value if isinstance(u, Jet) else u
 
 
@@ -197,7 +198,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
 
     def compared(name: str) -> Callable[[Any, Any], Any]:
         plain = getattr(ns, name)
-        return lambda a, b: plain(_value(a), _value(b))
+        return lambda a, b: plain(value_of(a), value_of(b))
 
     def where(test: Any, yes: Any, no: Any) -> Any:
         if not (isinstance(yes, Jet) or isinstance(no, Jet)):
@@ -215,10 +216,10 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         plain, before = getattr(ns, name), getattr(ns, order)
 
         def choose(a: Any, b: Any) -> Any:
-            value = plain(_value(a), _value(b))
+            value = plain(value_of(a), value_of(b))
             if not (isinstance(a, Jet) or isinstance(b, Jet)):
                 return value
-            jet = where(before(_value(a), _value(b)), a, b)
+            jet = where(before(value_of(a), value_of(b)), a, b)
             return Jet(value, jet.first, jet.second)
 
         return choose
@@ -229,7 +230,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         return _constant_power(u, exponent, ns.power) if isinstance(u, Jet) else ns.power(u, exponent)
 
     def atan2(y: Any, x: Any) -> Any:
-        value = ns.atan2(_value(y), _value(x))
+        value = ns.atan2(value_of(y), value_of(x))
         if not (isinstance(y, Jet) or isinstance(x, Jet)):
             return value
         (y0, y1, y2), (x0, x1, x2) = _parts(y), _parts(x)
@@ -242,7 +243,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
 
     def exponential(parts: Any, exponent: Callable[[], Any]) -> Any:
         """The exponential over numbers that keep exponents apart (`flywheel.numerics.intervals.Scaled`)."""
-        value = ns.exponential([(key, c, _value(a)) for key, c, a in parts], exponent)
+        value = ns.exponential([(key, c, value_of(a)) for key, c, a in parts], exponent)
         u = exponent()
         return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value
 
@@ -255,7 +256,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         **{name: compared(name) for name in comparisons},
         **{name: getattr(ns, name) for name in ("logical_and", "logical_or", "logical_not", "pi")},
         abs=absolute,
-        sign=lambda u: ns.sign(_value(u)),
+        sign=lambda u: ns.sign(value_of(u)),
         minimum=extreme("minimum", "less_equal"),
         maximum=extreme("maximum", "greater_equal"),
         where=where,

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import count
 from typing import Any, NamedTuple
 
-from flint import arb
+from flint import arb, arb_mat, arb_poly
 
-from flywheel.numerics.balls import BallCurve, lifted
+from flywheel.numerics.balls import BallCurve, Growth, UnprovenError, lifted, middles, series
 from flywheel.numerics.jets import Jet
 
 _MOST_SPLITS = 4_000  # of intervals, for one extreme
@@ -41,7 +41,7 @@ class Centred:
 
     __slots__ = ("_other", "halves", "middle", "slopes")
 
-    def __init__(self, middle: Any, slopes: dict[Any, Any], halves: Mapping[Any, Any], other: Any = None) -> None:
+    def __init__(self, middle: Any, slopes: dict[Any, Any], halves: dict[Any, Any], other: Any = None) -> None:
         self.middle, self.slopes, self.halves, self._other = middle, slopes, halves, other
 
     @property
@@ -103,6 +103,26 @@ class Centred:
     def __gt__(self, other: Any) -> bool:
         return bool(self.value > other)
 
+    def __ge__(self, other: Any) -> bool:
+        return bool(self.value >= other)
+
+    def sqrt(self) -> Centred:
+        """The square root."""
+        root = self.value.sqrt()
+        return Centred(self.middle.sqrt(), {k: slope / (2 * root) for k, slope in self.slopes.items()}, self.halves)
+
+    def followed(self, follow: Mapping[Any, Mapping[Any, Any]], halves: dict[Any, Any]) -> Centred:
+        """The value with slopes by the numbers of some ranges alone, which others follow with given slopes."""
+        slopes = {
+            k: self.slopes.get(k, 0) + sum((self.slopes.get(own, 0) * rates[k] for own, rates in follow.items()), arb(0))
+            for k in halves
+        }
+        return Centred(self.middle, slopes, halves)
+
+    def jet(self, k: Any) -> Any:
+        """The value all over the ranges as a jet by a number, or a plain ball where that has no effect."""
+        return Jet(self.value, self.slopes[k]) if k in self.slopes else self.value
+
     def max(self, other: Any) -> Centred:
         """The greater of the value and a plain ball."""
         if self.value < other:
@@ -133,6 +153,24 @@ def over_ranges(
                 output[k] = value.first
     rows = zip(middles, slopes, plain(place, *wide), strict=True)
     return [Centred(lifted(middle), each, at.halves, lifted(whole)) for middle, each, whole in rows]
+
+
+def implicit_slopes(zeros: Sequence[Centred], unknowns: Sequence[Any], numbers: Iterable[Any]) -> dict[Any, dict[Any, Any]]:
+    """Slopes of unknowns q by other numbers p where as many functions g(p, q) are 0: the solutions of g_q q_k = -g_k.
+
+    Raises UnprovenError if the functions may leave the unknowns open.
+
+    """
+    if not unknowns:
+        return {}
+    steep = arb_mat([[lifted(zero.slopes.get(own, 0)) for own in unknowns] for zero in zeros])
+    right = arb_mat([[-lifted(zero.slopes.get(k, 0)) for k in numbers] for zero in zeros])
+    try:
+        about = steep.mid().inv().mid()
+        rows = (about * steep).solve(about * right).tolist()
+    except ZeroDivisionError:
+        raise UnprovenError("the motions over ranges so wide") from None
+    return {own: dict(zip(numbers, row, strict=True)) for own, row in zip(unknowns, rows, strict=True)}
 
 
 class CurveOverRanges(NamedTuple):
@@ -205,3 +243,30 @@ def slopes_at_greatest(curves: Sequence[CurveOverRanges], halves: Mapping[Any, A
 def _across(curve: BallCurve) -> list[Any]:
     """Places all over a cell, ends included."""
     return [(curve.low + (curve.high - curve.low) * k / _SAMPLES).mid() for k in range(_SAMPLES + 1)]
+
+
+def transported(
+    cells: Sequence[Growth], steeps: Sequence[Any], forces: Sequence[Any], start: Any, order: int
+) -> tuple[list[Any], Any]:
+    """Enclosures of solutions of dy/dx = a y + b in cells, for all a and b in polynomials of balls, and y at the end.
+
+    The difference e of y from an approximate solution y' follows de/dx = a e + d with d = b + a y' - dy'/dx.
+
+    Args:
+        cells: approximate growths with a, and the ends of cells as distances from their middles.
+        steeps: a in the cells.
+        forces: b in the cells.
+        start: y at the low end of the first cell.
+        order: degree of approximate solutions.
+
+    """
+    solutions = list[Any]()
+    for cell, steep, force in zip(cells, steeps, forces, strict=True):
+        length, span, primitive = cell.high - cell.low, cell.low.union(cell.high), steep.integral()
+        forced = cell.alone * middles(arb_poly((cell.inverse * series(middles(force), order - 1)).integral().coeffs()))
+        near = middles(forced + (start.mid() - forced(cell.low)) * cell.alone)
+        grown, peak = (primitive(cell.high) - primitive(cell.low)).exp(), (steep(span) * length.union(0)).exp()
+        apart, added = start - near(cell.low), length * peak * (force + steep * near - near.derivative())(span)
+        solutions.append(near + (apart * peak + added.union(0)))
+        start = near(cell.high) + apart * grown + added
+    return solutions, start

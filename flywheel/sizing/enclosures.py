@@ -29,6 +29,7 @@ from flywheel.mechanisms.linkage import LinkageUnknowns
 from flywheel.numerics import balls
 from flywheel.numerics.balls import Model, UnprovenError, WorkLimitError, rational
 from flywheel.numerics.implicit import ImplicitEquations, ZeroNear, falling_zero
+from flywheel.numerics.jets import Jet, value_of
 from flywheel.numerics.switching import FollowedZero
 
 SAME = 2.0**-60  # of two numbers, and of angles in rad: what they agree to within counts as the same
@@ -128,14 +129,14 @@ class Branches:
     of both branches; arguments are balls then.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, functions: Any = balls.NAMESPACE) -> None:
         self._sign_of: Callable[[int, Any], int | None] = _own_sign
         self._differences: list[Any] = []
         own: dict[str, Any] = {name: partial(self._answer, signs) for name, signs in balls.SIGNS.items()}
         own |= {name: partial(_unless_open, getattr(np, name)) for name in ("logical_and", "logical_or", "logical_not")}
         own |= {"sign": self._sign, "where": _chosen, "abs": lambda u: self._greater(u, -u, 1)}
         own |= {"minimum": partial(self._greater, way=-1), "maximum": partial(self._greater, way=1)}
-        self._function = over_balls(program, functions=SimpleNamespace(**vars(balls.NAMESPACE) | own))
+        self._function = over_balls(program, functions=SimpleNamespace(**vars(functions) | own))
 
     def __call__(self, sign_of: Callable[[int, Any], int | None], *arguments: Any) -> tuple[Any, list[Any]]:
         """The outputs at arguments, and these differences."""
@@ -143,8 +144,9 @@ class Branches:
         return self._function(*arguments), self._differences
 
     def _side(self, difference: Any) -> int | None:
-        self._differences.append(difference)
-        return self._sign_of(len(self._differences) - 1, difference)
+        plain = value_of(difference)
+        self._differences.append(plain)
+        return self._sign_of(len(self._differences) - 1, plain)
 
     def _answer(self, signs: tuple[int, ...], a: Any, b: Any) -> bool | None:
         side = self._side(a - b)
@@ -165,7 +167,22 @@ def _unless_open(logical: Callable[..., Any], *tests: Any) -> Any:
 
 
 def _chosen(test: Any, yes: Any, no: Any) -> Any:
-    return balls.hull(map(balls.ball, (yes, no))) if test is None else yes if test else no
+    return _either((yes, no)) if test is None else yes if test else no
+
+
+def _either(values: Iterable[Any]) -> Any:
+    """The smallest ball that contains some, or the jet whose value and slope do; one alone as it is."""
+    first, *others = values
+    if not others:
+        return first
+    parts = [(own.value, own.first) if isinstance(own, Jet) else (own, 0) for own in (first, *others)]
+    value, slope = (balls.hull(map(balls.ball, part)) for part in zip(*parts, strict=True))
+    return Jet(value, slope) if any(isinstance(own, Jet) for own in (first, *others)) else value
+
+
+def _all_over(u: Any) -> Any:
+    """The ball of a series at its first coefficient, or a jet of such balls."""
+    return Jet(balls.first(u.value), balls.first(u.first)) if isinstance(u, Jet) else balls.first(u)
 
 
 def _own_sign(_: int, difference: Any) -> int:
@@ -290,7 +307,7 @@ def unevenness(sums: Any, eps: Any, per_square: Any, left: float) -> Any:
 # -- the steady motion -----------------------------------------------------------------------------------------------------
 
 
-class _EnergyLaw(NamedTuple):
+class EnergyLaw(NamedTuple):
     """dE/dphi about a place, or all over a cell, from what position alone gives there.
 
     `late` gives the rows of every stage (`_SMOOTH`) from `known`, the speed and the unknown; `inertia` is I*. `outwards`
@@ -309,55 +326,70 @@ class _EnergyLaw(NamedTuple):
     signs: tuple[int, ...] | None = None
     wheel: Any = None
     per_inertia: Any = None
+    slope: Any = 0
 
-    def loaded(self, wheel: Any) -> _EnergyLaw:
+    def loaded(self, wheel: Any) -> EnergyLaw:
         """The law with a flywheel (kg m² at the crank)."""
         return self._replace(wheel=wheel, per_inertia=1 / (self.inertia + wheel))
 
     def rates(self, energy: Any, unknown: Any) -> Iterator[Any]:
         """dE/dphi (N m); then its slopes by E and by the unknown, which are calculated only where they are taken."""
         energy = balls.over(energy, self.span) if self.outwards is None else energy
-        speed, (moments, by_speed, by_unknown, inertias, slopes), bare, _ = self._moments(energy, unknown)
+        rates = self._rates(energy * self.per_inertia, unknown)
+        yield next(rates)
+        yield next(rates) * self.per_inertia
+        yield next(rates)
+
+    def square_rates(self, square: Any, unknown: Any) -> tuple[Any, Any]:
+        """dv/dphi of v = ½ omega² (rad/s²), and its slope by v."""
+        square = balls.over(square, self.span) if self.outwards is None else square
+        moment, by_square, _ = self._rates(square, unknown)
+        return (moment - square * self.slope) * self.per_inertia, (by_square - self.slope) * self.per_inertia
+
+    def _rates(self, square: Any, unknown: Any) -> Iterator[Any]:
+        """dE/dphi, and its slopes by ½ omega² and by the unknown."""
+        speed, (moments, by_speed, by_unknown, inertias, slopes), bare, _ = self._moments(square, unknown)
         if len(self.stages) == 1:
             yield moments[0]
-            yield by_speed[0] * self.per_inertia / speed
+            yield by_speed[0] / speed
             yield by_unknown[0]
             return
         possible = [self._factors(self.outwards)] if self.outwards is not None else self._possible(inertias, bare)
 
         def less_lost(kept: Sequence[Any], rest: Sequence[Any]) -> Any:
             """A sum over all stages without what meshes lose of it, for all possible sides."""
-            return balls.hull(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
+            return _either(sum(kept) - lost(factors, balanced(inertias, rest, factors)[1]) for factors in possible)
 
         yield less_lost(moments, bare)
         curved = [slope * speed - change for slope, change in zip(slopes, by_speed, strict=True)]
-        yield less_lost(by_speed, curved) * self.per_inertia / speed
+        yield less_lost(by_speed, curved) / speed
         yield less_lost(by_unknown, [-each for each in by_unknown])
 
-    def decisive(self, energy: Any, unknown: Any) -> list[Any]:
+    def decisive(self, square: Any, unknown: Any) -> list[Any]:
         """The differences that decide branches of torques; then the moments (N m, at the crank) outwards through meshes."""
         assert self.outwards is not None
-        _, rows, bare, differences = self._moments(energy, unknown)
+        _, rows, bare, differences = self._moments(square, unknown)
         if len(self.stages) == 1:
             return differences
         factors = self._factors(self.outwards)
         return [*differences, *passed_by(balanced(rows[3], bare, factors)[1], self.stages, factors, None)[0][1:]]
 
-    def all_over(self) -> _EnergyLaw:
+    def all_over(self) -> EnergyLaw:
         """The same with a ball in place of each series."""
-        return self._replace(inertia=balls.first(self.inertia), known=list(map(balls.first, self.known)))
+        return self._replace(
+            inertia=_all_over(self.inertia), slope=_all_over(self.slope), known=list(map(_all_over, self.known))
+        )
 
-    def _moments(self, energy: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any], list[Any]]:
-        """The speed; the rows of all stages, the flywheel among their inertias; ½ I' omega² - M of each; what decides.
+    def _moments(self, square: Any, unknown: Any) -> tuple[Any, list[list[Any]], list[Any], list[Any]]:
+        """The speed, from ½ omega²; all stages' rows, the flywheel among inertias; ½ I' omega² - M of each; what decides.
 
         Of a single stage, I* and its slope are not among the rows: nothing is lost there.
         """
-        v = energy * self.per_inertia
-        speed = (2 * v).sqrt()
+        speed = balls.JETS.sqrt(2 * square)
         rows, differences = self.late(self._sign_of, *self.known, speed, unknown)
         moments, by_speed, by_unknown, inertias, slopes = (list(rows[k :: len(_SMOOTH)]) for k in range(len(_SMOOTH)))
         inertias = [own + self.wheel * stage.carries_flywheel for stage, own in zip(self.stages, inertias, strict=False)]
-        bare = [slope * v - moment for slope, moment in zip(slopes, moments, strict=False)]
+        bare = [slope * square - moment for slope, moment in zip(slopes, moments, strict=False)]
         return speed, [moments, by_speed, by_unknown, inertias, slopes], bare, differences
 
     def _sign_of(self, number: int, difference: Any) -> int | None:
@@ -378,7 +410,7 @@ class _EnergyLaw(NamedTuple):
         for outwards in product((True, False), repeat=len(self.stages) - 1):
             factors = self._factors(outwards)
             passed, _ = passed_by(balanced(inertias, bare, factors)[1], self.stages, factors, None)
-            if not any(tau < 0 if out else tau > 0 for tau, out in zip(passed[1:], outwards, strict=True)):
+            if not any(tau < 0 if out else tau > 0 for tau, out in zip(map(value_of, passed[1:]), outwards, strict=True)):
                 possible.append(factors)
         return possible
 
@@ -390,35 +422,77 @@ class _PieceStretch(NamedTuple):
     """
 
     low: Any
+    piece: int
     outwards: tuple[bool, ...] | None
     inertia: Callable[..., Any]
     early: Callable[..., Any]
     late: Branches
     jumps: bool
 
-    def laws(self, cell: Model, stages: tuple[MeshStage, ...], known: Callable[..., Any]) -> list[_EnergyLaw]:
+    def laws(self, cell: Model, stages: tuple[MeshStage, ...], known: Callable[..., Any]) -> list[EnergyLaw]:
         """The law about the middle of a cell, and about every place of it."""
         places = (known(self, balls.variable(centre)) for centre in (cell.middle, cell.low.union(cell.high)))
         return [
-            _EnergyLaw(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places
+            EnergyLaw(stages, inertia, early, self.late, self.outwards, cell.span, self.jumps) for inertia, early in places
         ]
+
+
+def rate_functions(walk: StretchWalk, stages: int, functions: Any = balls.NAMESPACE) -> tuple[Any, Any, Branches]:
+    """I* and its slope; what position alone gives of the moments; and all stages' rows from that and the speed."""
+    assert walk.rate is not None
+    rows = range(len(RATE), len(walk.rate.outputs), len(STAGE))
+    outputs = tuple(walk.rate.outputs[row + k] for row in rows for k in _SMOOTH)
+    early, late = walk.rate._replace(outputs=outputs).only(3 if stages == 1 else len(outputs)).split(2)
+    return over_balls(walk.program, 2, functions), over_balls(early, functions=functions), Branches(late, functions)
 
 
 def _stretches(structure: Structure, edges: Sequence[Any], near: NearMotion, reach: Any) -> Iterator[_PieceStretch]:
     """The smooth pieces, divided at a reach from the angles at which the motion near has a mesh or a torque switch."""
-    stages, jumps = len(structure.twin.stages), structure.twin.jumps_at_speeds
-    for walk, (low, high) in zip(structure.walks, pairwise(edges), strict=True):
-        assert walk.rate is not None
-        rows = range(len(RATE), len(walk.rate.outputs), len(STAGE))
-        outputs = tuple(walk.rate.outputs[row + k] for row in rows for k in _SMOOTH)
-        rate = walk.rate._replace(outputs=outputs).only(3 if stages == 1 else len(outputs))
-        early, late = rate.split(2)
-        functions = over_balls(walk.program, 2), over_balls(early), Branches(late), jumps
+    for piece, (walk, (low, high)) in enumerate(zip(structure.walks, pairwise(edges), strict=True)):
+        functions = rate_functions(walk, len(structure.twin.stages))
         reversals = [balls.exact(angle) for angle, _ in near.outwards if low + reach < angle < high - reach]
         places = [low, *sorted(angle + side * reach for angle in reversals for side in (-1, 1)), high]
         for k, ends in enumerate(pairwise(places)):
             outwards = max(each for each in near.outwards if sum(ends) / 2 >= each[0])[1]
-            yield _PieceStretch(ends[0], None if k % 2 else outwards, *functions)
+            yield _PieceStretch(ends[0], piece, None if k % 2 else outwards, *functions, structure.twin.jumps_at_speeds)
+
+
+class MotionPlace(NamedTuple):
+    """A cell of a motion in a piece: the law with the sides of meshes and switches, and the polynomial of ½ omega²."""
+
+    cell: Model
+    piece: int
+    law: EnergyLaw
+    square: Any
+
+
+def sides_kept(cell: Any, squares: Sequence[Any], laws: Sequence[EnergyLaw], unknown: Any, order: int) -> Iterator[bool]:
+    """Whether a switch is on its side all over a cell, of each, then whether a mesh is, of each.
+
+    Args:
+        cell: with its ends, middle and span.
+        squares: series of ½ omega² about its middle and about every place of it.
+        laws: likewise, with a flywheel.
+        unknown: of the loads.
+        order: of the series.
+
+    """
+    assert laws[0].outwards is not None
+    values, cut = (law.decisive(each, unknown) for law, each in zip(laws, squares, strict=True))
+    sides = [*(laws[0].signs or ()), *(1 if out else -1 for out in laws[0].outwards)]
+    first = len(values) - len(sides)  # without signs of their own, switches have to show theirs
+    for side, inner, outer in zip(sides, values[first:], cut[first:], strict=True):
+        beyond = -(side or 1) * balls.enclosing(inner, outer, order)
+        curve = balls.BallCurve(cell.low - cell.middle, cell.high - cell.middle, beyond, beyond.derivative())
+        idle = all(term.is_zero() for term in beyond.coeffs())  # a mesh that loses nothing either way
+        error = _SIDE * abs(float(beyond(0).mid())) + _LOOSE * float(beyond(0).rad())
+        yield idle or bool(balls.greatest([curve], error) < 0)
+
+
+def check_sides(cell: Any, squares: Sequence[Any], laws: Sequence[EnergyLaw], unknown: Any, order: int) -> None:
+    """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
+    if laws[0].outwards is not None and not all(sides_kept(cell, squares, laws, unknown, order)):
+        raise UnprovenError(f"on which side of a switch or of a mesh the motion is at {float(cell.middle):.6g} rad")
 
 
 class SpeedBalls(NamedTuple):
@@ -457,7 +531,7 @@ class Motions:
         )
         edges = edges_of(structure, columns)
         reach = balls.exact(_AT_SWITCH * max(near.irregularity, _LEAST_UNEVEN) ** 0.5)
-        stretches = list(_stretches(structure, edges, near, reach))
+        stretches = self._stretches = list(_stretches(structure, edges, near, reach))
         self._switches = len(stages) > 1 or structure.twin.switches_at_speeds
         speed = balls.exact(near.omega)
         first = balls.ball(stretches[0].inertia(edges[0], *columns)[0])
@@ -479,7 +553,7 @@ class Motions:
 
         functions = [partial(rows, each) for each in stretches]
         cells = cells_of(functions, [*(each.low for each in stretches), edges[-1]], order, left)
-        self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[_EnergyLaw]](), list[Any]()
+        self._cells, self._laws, self._polynomials = list[Model](), list[Sequence[EnergyLaw]](), list[Any]()
         self._inertias = list[tuple[Any, Any]]()  # I* about the middle of each cell, and about every place of it
         self._loaded = dict[Any, list[Any]]()
         todo = cells[::-1]
@@ -516,9 +590,7 @@ class Motions:
         self._growing: Sequence[balls.Growth] = ()
         self.effect = 0  # sign of the unknown's effect on all motions in the tubes
 
-    def _followed(
-        self, cell: Model, laws: Sequence[_EnergyLaw], value: Any, narrow: bool
-    ) -> tuple[Any, Sequence[_EnergyLaw]]:
+    def _followed(self, cell: Model, laws: Sequence[EnergyLaw], value: Any, narrow: bool) -> tuple[Any, Sequence[EnergyLaw]]:
         """The polynomial of E in a cell on the motion near, from E at its low end, and the laws there with their signs.
 
         None where the cell is too wide: where polynomials miss the motion by more than they may, or where the sides of
@@ -530,11 +602,11 @@ class Motions:
             place = self._place(cell, laws, self._unknown)
             own = balls.solution(place, value, balls.line(value, 0), self._order, _DEFECT * most)
             if self._switches and laws[0].outwards is not None:
-                middle = laws[0].decisive(balls.series(own, self._order), self._unknown)
+                middle = laws[0].decisive(balls.series(own, self._order) * laws[0].per_inertia, self._unknown)
                 signs = tuple(_middle_sign(0, each) for each in middle[: len(middle) - len(laws[0].outwards)])
                 laws = [law._replace(signs=signs) for law in laws]
                 place = self._place(cell, laws, self._unknown)
-                self._check_sides(place, own, laws, self._unknown)
+                check_sides(place, self._squares_in(place, own, laws), laws, self._unknown, self._order)
             unsided = narrow and laws[0].outwards is None
             if not (unsided or balls.missed(place, own, self._order) * (cell.high - cell.low) < most):
                 return None, laws
@@ -542,8 +614,12 @@ class Motions:
             return None, laws
         return own, laws
 
+    def _squares_in(self, cell: balls.BallPlace, energy: Any, laws: Sequence[EnergyLaw]) -> list[Any]:
+        """The series of ½ omega² about the middle of a cell and all over it, from the polynomial of E."""
+        return [each * law.per_inertia for each, law in zip(balls.pair(energy, cell.span, self._order), laws, strict=True)]
+
     @staticmethod
-    def _place(cell: Model, laws: Sequence[_EnergyLaw], unknown: Any) -> balls.BallPlace:
+    def _place(cell: Model, laws: Sequence[EnergyLaw], unknown: Any) -> balls.BallPlace:
         """The laws in a cell with a flywheel and a value of the unknown."""
         about, all_over = (partial(law.rates, unknown=unknown) for law in laws)
         return balls.BallPlace(cell.low, cell.high, cell.middle, about, about, all_over)
@@ -593,6 +669,11 @@ class Motions:
         self._polynomials = list(orbit.polynomials)
         return self._speeds(wheel, orbit.reach, orbit.start)
 
+    def places(self) -> Iterator[MotionPlace]:
+        """The cells of the last motion."""
+        for cell, laws, square in zip(self._cells, self._laws, self._squares, strict=True):
+            yield MotionPlace(cell, self._stretches[cell.stretch].piece, laws[0], square)
+
     def _decided(self, places: Sequence[balls.BallPlace], tubes: Sequence[balls.Tube]) -> bool:
         """Tests whether meshes and switches keep to their sides in all tubes; in other cells their sides are left open.
 
@@ -601,7 +682,8 @@ class Motions:
         undecided = list[int]()
         for k, (place, tube, (laws, _)) in enumerate(zip(places, tubes, self._with_wheel(self._ranges[0]), strict=True)):
             try:
-                self._check_sides(place, tube.polynomial + balls.around(0, tube.radius), laws, self._ranges[1])
+                squares = self._squares_in(place, tube.polynomial + balls.around(0, tube.radius), laws)
+                check_sides(place, squares, laws, self._ranges[1], self._order)
             except UnprovenError:
                 if laws[0].jumps:
                     raise
@@ -615,7 +697,7 @@ class Motions:
     def _speeds(self, wheel: Any, reach: Any, start: Any) -> SpeedBalls:
         """The extreme speeds of motions with a flywheel no farther from the polynomials than a reach."""
         rows = zip(self._polynomials, self._with_wheel(wheel), strict=True)
-        motions = [(own + balls.around(0, reach)) * per_inertia for own, (_, per_inertia) in rows]
+        motions = self._squares = [(own + balls.around(0, reach)) * per_inertia for own, (_, per_inertia) in rows]
         total = self.bounds[0] + wheel
         size = self._near.omega**2 / 2
         least = _LOOSE * self._left * size + _BRACKET * float((reach + size * wheel.rad()) / total)
@@ -628,22 +710,6 @@ class Motions:
             return (2 * sign * balls.greatest(curves, least)).sqrt()
 
         return SpeedBalls(extreme(1), extreme(-1), start)
-
-    def _check_sides(self, cell: balls.BallPlace, energy: Any, laws: Sequence[_EnergyLaw], unknown: Any) -> None:
-        """Refuses a motion with a switch on its other side, or a mesh driven from its other side, somewhere in a cell."""
-        if laws[0].outwards is None:
-            return
-        order, near = self._order, [energy, energy(balls.line(cell.span, 1))]
-        series = [balls.series(polynomial, order) for polynomial in near]
-        values, cut = (law.decisive(each, unknown) for law, each in zip(laws, series, strict=True))
-        sides = [*(laws[0].signs or ()), *(1 if out else -1 for out in laws[0].outwards)]
-        for side, inner, outer in zip(sides, values, cut, strict=True):
-            beyond = -(side or 1) * balls.enclosing(inner, outer, order)
-            curve = balls.BallCurve(cell.low - cell.middle, cell.high - cell.middle, beyond, beyond.derivative())
-            if all(term.is_zero() for term in beyond.coeffs()):  # an idle mesh loses nothing either way
-                continue
-            if not balls.greatest([curve], _SIDE * abs(float(beyond(0).mid())) + _LOOSE * float(beyond(0).rad())) < 0:
-                raise UnprovenError(f"on which side of a switch or of a mesh the motion is at {float(cell.middle):.6g} rad")
 
     def _slopes(self, here: SpeedBalls, wheel: Any) -> tuple[Any, Any]:
         """Effects of a unit of the unknown on the speed and on the irregularity, near a motion with a flywheel."""

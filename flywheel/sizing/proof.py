@@ -14,7 +14,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb_mat
@@ -53,18 +53,35 @@ from flywheel.sizing.enclosures import (
     unevenness,
     works_of,
 )
-from flywheel.sizing.ranges import Part, RangeEnds, SumsOverRanges, program_over_ranges, widths
+from flywheel.sizing.ranges import (
+    BALANCE,
+    MOST_PARTS,
+    START,
+    WHEEL,
+    MotionsOverRanges,
+    Part,
+    RangeEnds,
+    SumsOverRanges,
+    halves_of,
+    program_over_ranges,
+    widths,
+)
 from flywheel.sizing.results import WIDTH, Proof
 
 _OF_PI = 4  # units of the 60th digit: units of angle have pi to 60 digits
 _READ = 1e-15  # by how much a number may differ from the float that was read
+_MOST_CUTS = 2  # of ranges over which figures are not proven at once
+_POINT = balls.exact(1e-9)  # of ranges, and of a number of a motion: ranges that are as good as a point
+_WIDE = (80, 8)  # bits and order of polynomials all over ranges
 _EVEN = 1e-4  # an irregularity beside which that of a motion which does not vary counts
 
+_Near = Callable[[tuple[tuple[str, float], ...]], NearMotion]  # the motion near, with other numbers (SI) at some paths
 
-def proven(scene: Scene, motion: NearMotion | None = None) -> Proof:
+
+def proven(scene: Scene, near: _Near | None = None) -> Proof:
     """The proof of a scene's figures, or the reason why there is none.
 
-    Where torques depend on speed, the figures of the motion are proven near the one given.
+    Where torques depend on speed, the figures of the motion are proven near one that is given, also with other numbers.
 
     >>> import flywheel
     >>> yoke = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}, "yoke": {"mass": 20}},
@@ -81,7 +98,7 @@ def proven(scene: Scene, motion: NearMotion | None = None) -> Proof:
     reason, same = _refusal(scene), 0
     if not reason:
         try:
-            figures, same = _figures(scene, motion)
+            figures, same = _figures(scene, near)
         except NameError as error:
             reason = f"a function that balls do not have ({error.name})"
         except (ValueError, ArithmeticError) as error:
@@ -156,7 +173,7 @@ def _recorded(scene: Scene) -> tuple[Structure, Mapping[str, Any], Mapping[str, 
     raise UnprovenError(str(refusal.__cause__ or refusal)) from refusal
 
 
-def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[float, float]], int]:
+def _figures(scene: Scene, near: _Near | None) -> tuple[dict[str, tuple[float, float]], int]:
     """Every figure that can be proven, by its key, and the number of pairs of numbers taken as equal."""
     recording, quantities, fixed = _recorded(scene)
     open_still = UnprovenError("nothing")
@@ -169,27 +186,42 @@ def _figures(scene: Scene, motion: NearMotion | None) -> tuple[dict[str, tuple[f
             constants = [(each.number, _as_written(path, each)) for path, each in fixed.items()]
             numbers = _of_loads(recording.twin, constants, own)
             structure = recording.with_places(partial(_all_of, numbers=numbers))
-            if ranges and _follows_motion(scene):
-                raise UnprovenError("ranges of numbers where torques depend on speed, or meshes have losses")
+            moving = _follows_motion(scene)
+            if ranges and moving and scene.limits:
+                raise UnprovenError("ranges of numbers under limits")
             same = _kept(structure, [balls.around(each, ranges.get(k, 0)) for k, each in enumerate(columns)])
             try:
                 found, scales = (
-                    (_moving(scene, structure, columns, (order, left), motion), {"simulation.irregularity": _EVEN})
-                    if _follows_motion(scene)
+                    (_moving(scene, structure, columns, (order, left), near), {"simulation.irregularity": _EVEN})
+                    if moving
                     else _cycle(scene, structure, columns, order, left)
                 )
-                width = max(widths(found, scales).values())
-                if width <= WIDTH:
-                    found |= _cycle_over_ranges(scene, structure, columns, ranges, (order, left), scales) if ranges else {}
-                    same += double_edges_of(structure, columns)
-                    return {name: balls.ends(ball) for name, ball in found.items()}, same
+                same += double_edges_of(structure, columns)
             except WorkLimitError:
                 raise
             except UnprovenError as error:
                 open_still = error
                 continue
-            open_still = UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+            width = max(widths(found, scales).values())
+            if width > WIDTH:
+                open_still = UnprovenError(f"intervals stay {width:.1e} wide, more than {WIDTH:g}")
+                continue
+            if ranges:
+                near_at = partial(_near_at, near, quantities, ranges)
+                of_part = (
+                    partial(_motion_over_part, scene, structure, (order, left), near_at)
+                    if moving
+                    else partial(_cycle_over_part, scene, structure, order, left)
+                )
+                found |= _over_ranges(of_part, columns, ranges, scales, MOST_PARTS[moving])
+            return {name: balls.ends(ball) for name, ball in found.items()}, same
     raise open_still
+
+
+def _near_at(near: _Near | None, paths: Iterable[str], ranges: Mapping[Any, Any], columns: Sequence[Any]) -> NearMotion:
+    """The motion near the one at the numbers of a part of ranges."""
+    assert near is not None
+    return near(tuple((path, float(columns[k].mid())) for k, path in enumerate(paths) if k in ranges))
 
 
 def _as_written(path: str, quantity: Any) -> Any:
@@ -446,80 +478,41 @@ def _of_cycle(
     return figures
 
 
-# -- over ranges of numbers ------------------------------------------------------------------------------------------------
-
-
-def _cycle_over_ranges(
-    scene: Scene,
-    structure: Structure,
-    middles: Sequence[Any],
-    ranges: Mapping[Any, Any],
-    fineness: tuple[int, float],
-    scales: Mapping[str, float],
-) -> dict[str, Any]:
-    """The balls of the figures of a cycle all over the ranges of numbers, by their keys.
-
-    Args:
-        scene: with its numbers at the middles.
-        structure: of its machine.
-        middles: of all its numbers.
-        ranges: half the width of the range of a number, by its place.
-        fineness: order of polynomials, and uncertainty of the cells, relative.
-        scales: of figures that may be 0.
-
-    """
-
-    def figures(part: Part) -> dict[str, Any]:
-        moved, halves = list(middles), dict[Any, Any]()
-        for k, (middle, half) in zip(ranges, part, strict=True):
-            moved[k] += middle * ranges[k]
-            halves |= {k: half * ranges[k]} if half else {}
-        return _over_part(scene, structure, moved, halves, *fineness)
-
-    ends = RangeEnds(figures, tuple(ranges))
-    ends.narrow(scales)
-    return {name: ends.interval(name) for name in ends.names}
-
-
-def _over_part(
-    scene: Scene, structure: Structure, middles: Sequence[Any], ranges: Mapping[Any, Any], order: int, left: float
-) -> dict[str, Any]:
-    """The figures of a cycle over ranges that are taken as they are, by their keys."""
-    halves = dict(ranges)
-    if not halves:
-        figures, _ = _cycle(scene, structure, middles, order, left)
-        return {name: Centred(figure, {}, halves) for name, figure in figures.items()}
-    columns = [Centred(one, {k: rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)]
-    origin = Centred(rational(0, 1), {}, halves)
-    speed, ratio, last = program_over_ranges(_numbers(scene, structure), origin, columns)
-    sums = SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
-    figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
-    return figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
-
-
 # -- the motion where torques depend on speed --------------------------------------------------------------------------
 
 
-def _moving(
-    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: NearMotion | None
-) -> dict[str, Any]:
-    """The balls of the figures of the motion, by their keys.
+def _regime_numbers(scene: Scene, structure: Structure) -> Program:
+    """The program of the flywheel's ratio to the crank, of its irregularity or inertia, and of a speed that is required."""
+    last = 1 if _required(scene) else 5 if scene.inertia is not None else 2  # under limits, the flywheel near is taken
+    wanted = (2, last, *((0,) if structure.unknown else ()))
+    outputs = tuple(structure.numbers.outputs[k] for k in wanted)
+    return structure.numbers._replace(outputs=outputs).only(len(wanted))
+
+
+class _Steady(NamedTuple):
+    """A steady motion: with others near it, its flywheel (kg m² at the crank) and its unknown, and its speeds."""
+
+    motions: Motions
+    wheel: Any
+    unknown: Any
+    speeds: SpeedBalls
+
+
+def _steady(
+    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: NearMotion
+) -> _Steady:
+    """The motion that a scene requires, near one that is not proven.
 
     A flywheel for an irregularity, and a balance for a speed, follow from the intermediate value theorem: on one side of it
     the motion is less even than required, on the other more even, and between them there is one motion for each flywheel,
     which changes continuously with it; likewise the speed with the balance. Under limits, the motion has the flywheel near.
     """
-    if near is None:
-        raise UnprovenError("there is no motion")
-    asked, zero = None if scene.limits else scene.irregularity, rational(0, 1)
-    last = 1 if asked is not None else 5 if scene.inertia is not None else 2  # under limits, the flywheel near is taken
-    wanted = (2, last, *((0,) if structure.unknown else ()))
-    numbers = structure.numbers._replace(outputs=tuple(structure.numbers.outputs[k] for k in wanted))
-    ratio, last, *speeds = over_balls(numbers, len(wanted))(zero, *columns)
+    zero = rational(0, 1)
+    ratio, last, *speeds = over_balls(_regime_numbers(scene, structure))(zero, *columns)
     motions = Motions(structure, columns, near, *fineness)
     wheel = balls.exact(near.wheel) if scene.inertia is None else last * ratio**2
     ends = list[tuple[Any, SpeedBalls]]()
-    if asked is not None and near.wheel > 0.0:
+    if _required(scene) and near.wheel > 0.0:
         wheel, ends = motions.for_irregularity(last, *speeds)
     if speeds:
         ends.append(motions.balance(wheel, *speeds))
@@ -528,13 +521,160 @@ def _moving(
     one = all(found.start.contains(each.start) and unknown.contains(own) for own, each in ends)
     if not one or (speeds and not motions.effect):
         raise UnprovenError("that the motions on both sides belong to one")
-    figures = {"reduced_inertia.min": motions.bounds[0], "reduced_inertia.max": motions.bounds[1]}
+    return _Steady(motions, wheel, unknown, found)
+
+
+def _of_motion(
+    scene: Scene, numbers: Sequence[Any], bounds: tuple[Any, Any], steady: _Steady, near: float
+) -> dict[str, Any]:
+    """The figures of a motion, by their keys.
+
+    Args:
+        scene: what is required.
+        numbers: the flywheel's ratio to the crank, and so on (see `_regime_numbers`).
+        bounds: least and greatest I*.
+        steady: the motion.
+        near: the flywheel near, 0 if none is needed.
+
+    """
+    ratio, last, *speeds = numbers
+    _, wheel, unknown, found = steady
+    figures = {"reduced_inertia.min": bounds[0], "reduced_inertia.max": bounds[1]}
     figures |= {"speed": speeds[0], "balance.value": unknown} if speeds else {"speed": found.level}
-    if asked is None or near.wheel == 0.0:
+    if not _required(scene) or near == 0.0:
         figures |= {"simulation.irregularity": found.irregularity}
         figures |= {"simulation.speed_max": found.fast, "simulation.speed_min": found.slow}
-    if asked is not None:
-        if near.wheel == 0.0 and not found.irregularity <= last:
+    if _required(scene):
+        if near == 0.0 and not last - found.irregularity >= 0:
             raise UnprovenError("whether a flywheel is needed")
         figures["flywheel.exact"] = wheel / ratio**2
     return figures
+
+
+def _required(scene: Scene) -> bool:
+    """True if an irregularity is required and nothing else, so that the flywheel follows from it."""
+    return scene.irregularity is not None and not scene.limits
+
+
+def _moving(
+    scene: Scene, structure: Structure, columns: Sequence[Any], fineness: tuple[int, float], near: _Near | None
+) -> dict[str, Any]:
+    """The balls of the figures of the motion, by their keys."""
+    if near is None:
+        raise UnprovenError("there is no motion")
+    steady, about = _steady(scene, structure, columns, fineness, near(())), near(()).wheel
+    numbers = over_balls(_regime_numbers(scene, structure))(rational(0, 1), *columns)
+    return _of_motion(scene, numbers, steady.motions.bounds, steady, about)
+
+
+# -- over ranges of numbers ------------------------------------------------------------------------------------------------
+
+
+def _over_ranges(
+    of_part: Callable[[Sequence[Any], dict[Any, Any]], dict[str, Any]],
+    middles: Sequence[Any],
+    ranges: Mapping[Any, Any],
+    scales: Mapping[str, float],
+    most: float,
+) -> dict[str, Any]:
+    """The balls of figures all over the ranges of numbers, by their keys.
+
+    Args:
+        of_part: figures over ranges that are taken as they are, from the middles of all numbers and half the widths.
+        middles: of all numbers.
+        ranges: half the width of the range of a number, by its place.
+        scales: of figures that may be 0.
+        most: parts of the ranges at most.
+
+    """
+    zero = rational(0, 1)
+
+    def figures(part: Part, cuts: int = _MOST_CUTS) -> dict[str, Any]:
+        """The figures over a part of the ranges, from those over both its halves where they are not proven at once."""
+        shares = [half for _, half in part]
+        moved, halves = list(middles), dict[Any, Any]()
+        for k, (middle, half) in zip(ranges, part, strict=True):
+            moved[k] += middle * ranges[k]
+            halves |= {k: half * ranges[k]} if half else {}
+        try:
+            return of_part(moved, halves)
+        except UnprovenError:
+            if not (halves and cuts):
+                raise
+        both = [figures(own, cuts - 1) for own in halves_of(part, shares.index(max(shares)))]
+        return {
+            name: Centred(one.middle, {k: balls.hull(own[name].slopes.get(k, zero) for own in both) for k in halves}, halves)
+            for name, one in of_part(moved, {}).items()
+        }
+
+    ends = RangeEnds(figures, tuple(ranges), most)
+    ends.narrow(scales)
+    return {name: ends.interval(name) for name in ends.names}
+
+
+def _centred(middles: Sequence[Any], halves: dict[Any, Any]) -> tuple[Centred, list[Any]]:
+    """An angle of 0, and numbers over the ranges that some of them have."""
+    columns = [Centred(one, {k: rational(1, 1)}, halves) if k in halves else one for k, one in enumerate(middles)]
+    return Centred(rational(0, 1), {}, halves), columns
+
+
+def _cycle_over_part(
+    scene: Scene, structure: Structure, order: int, left: float, middles: Sequence[Any], halves: dict[Any, Any]
+) -> dict[str, Any]:
+    """The figures of a cycle over ranges that are taken as they are, by their keys."""
+    if not halves:
+        figures, _ = _cycle(scene, structure, middles, order, left)
+        return {name: Centred(figure, {}, halves) for name, figure in figures.items()}
+    origin, columns = _centred(middles, halves)
+    speed, ratio, last = program_over_ranges(_numbers(scene, structure), origin, columns)
+    sums = SumsOverRanges(structure, columns, origin, _sums(structure, middles, order, left)[0], order)
+    figures = {"speed": speed} | ({"balance.value": sums.balance} if structure.unknown else {})
+    return figures | _of_cycle(sums, speed, ratio, last, left, asked=scene.irregularity is not None)
+
+
+def _motion_over_part(
+    scene: Scene,
+    structure: Structure,
+    fineness: tuple[int, float],
+    near: Callable[[Sequence[Any]], NearMotion],
+    middles: Sequence[Any],
+    halves: dict[Any, Any],
+) -> dict[str, Any]:
+    """The figures of the motion over ranges that are taken as they are, by their keys.
+
+    A flywheel for an irregularity and a balance for a speed are numbers of the motion, too. Their slopes by others follow
+    from those of both, by the implicit function theorem, in ranges of them that contain all results.
+    """
+    about, program = near(middles), _regime_numbers(scene, structure)
+    steady = _steady(scene, structure, middles, fineness, about)
+    if not halves:
+        numbers = over_balls(program)(rational(0, 1), *middles)
+        figures = _of_motion(scene, numbers, steady.motions.bounds, steady, about.wheel)
+        return {name: Centred(balls.ball(figure), {}, halves) for name, figure in figures.items()}
+    required, one = _required(scene) and about.wheel > 0.0, rational(1, 1)
+    free = {START: steady.speeds.fast**2, WHEEL: steady.wheel, BALANCE: abs(steady.unknown)}
+    free = {own: size for own, size in free.items() if required or own != WHEEL if structure.unknown or own != BALANCE}
+    with balls.precision(*_WIDE):
+
+        def motions_over(widths: Mapping[Any, Any]) -> tuple[MotionsOverRanges, Sequence[Any], Any, Any]:
+            """The motions over ranges, the numbers of the regime, and what is free, from half the widths of the ranges."""
+            wide = dict(widths) | {own: _POINT * size for own, size in free.items()}
+            origin, columns = _centred(middles, wide)
+            ratio, last, *_ = numbers = program_over_ranges(program, origin, columns)
+            motions = MotionsOverRanges(structure, columns, origin, steady.motions, _WIDE[1])
+            given = None if scene.inertia is None else last * ratio**2
+            wheel = Centred(steady.wheel, {WHEEL: one} if required else {}, wide) if given is None else given
+            unknown = Centred(steady.unknown, {BALANCE: one} if structure.unknown else {}, wide)
+            return motions, numbers, (wheel, unknown, steady.speeds), partial(missed, numbers)
+
+        def missed(numbers: Sequence[Any], found: SpeedBalls) -> list[Centred]:
+            _, last, *speeds = numbers
+            return [found.irregularity - last] * required + [found.level - speed for speed in speeds]
+
+        motions, _, own, zeros = motions_over({k: _POINT * half for k, half in halves.items()})
+        slopes = motions.slopes(own, zeros, halves)
+        motions, numbers, own, zeros = motions_over(halves)
+        motion, follow = motions.steady(own, zeros, *slopes)
+        along = _Steady(steady.motions, *motion)
+        figures = _of_motion(scene, numbers, motions.inertias(*steady.motions.bounds), along, about.wheel)
+        return {name: figure.followed(follow, halves) for name, figure in figures.items()}

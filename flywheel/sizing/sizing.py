@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -21,6 +21,7 @@ from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, counted
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.reading.paths import with_numbers
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.joint_friction import friction_along, machine_of
 from flywheel.regime.turning_moment import Run
@@ -259,12 +260,20 @@ def _proof(scene: Scene, regime: Regime | None = None) -> Proof:
         )
     from flywheel.sizing.proof import proven  # the library is an extra
 
-    if regime is not None and regime.machine.sets_its_speed and not scene.limits:  # reversals of meshes near the true ones
-        with suppress(SceneError):  # the one at hand will do
-            regime, _ = _regime(regime.machine, min(regime.rtol, _NEAR))
     if regime is None or regime.run is None:
         return proven(scene)
-    return proven(scene, _near(regime, regime.run))
+    run = regime.run
+
+    @cache
+    def near(values: tuple[tuple[str, float], ...]) -> NearMotion:
+        """The motion of the regime, or with other numbers (SI) at some paths; reversals of meshes near the true ones."""
+        own, machine = regime, Machine(with_numbers(scene, dict(values))) if values else regime.machine
+        if values or (machine.sets_its_speed and not scene.limits):
+            with suppress(SceneError):  # the one at hand will do
+                own, _ = _regime(machine, min(regime.rtol, _NEAR))
+        return _near(own, own.run or run)
+
+    return proven(scene, near)
 
 
 def _near(regime: Regime, run: Run) -> NearMotion:

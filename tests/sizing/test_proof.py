@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import math
-from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import flywheel
-from flywheel.language import use
 from flywheel.numerics import units
 from flywheel.numerics.jets import Jet
 from flywheel.sizing import sizing
-from flywheel.tables import summary
 from tests import scenes
-from tests.estimates.ranges import ranged
 from tests.extras import extra
 from tests.limits import sample
 from tests.oracle import figures
@@ -535,143 +529,6 @@ def test_a_wheel_too_light_for_a_motion_is_not_proven_to_have_one() -> None:
     light["mechanism"]["slider"] = {"mass": "1 kg"}
     result = proven({**light, "flywheel": {"inertia": "1 kg m²"}})
     assert (result.figures, result.reason) == ({}, "the motion with a flywheel so light")
-
-
-# -- numbers in ranges -------------------------------------------------------------------------------------------------
-
-
-def corners(scene: dict[str, Any], ranges: dict[str, tuple[float, float]]) -> Iterator[dict[str, Any]]:
-    """Results of the designs at the ends of all ranges, by paths with middle and half of the width in SI."""
-    base = flywheel.load(scene)
-    for sides in product((-1, 1), repeat=len(ranges)):
-        numbers = {path: middle + side * half for side, (path, (middle, half)) in zip(sides, ranges.items(), strict=True)}
-        yield flywheel.size(base.with_(numbers), accuracy="normal").as_dict()
-
-
-@pytest.mark.parametrize("wheel", [{"irregularity": "4 %"}, {"inertia": "2300 kg m^2 ± 0.2 %"}])
-def test_intervals_over_ranges_hold_all_corners_and_are_little_wider(wheel: dict[str, Any]) -> None:
-    scene = copy.deepcopy(PRESS) | {"flywheel": wheel}
-    scene["mechanism"]["crank"]["length"] = "80 mm ± 0.16 mm"
-    scene["load"][0]["force"] = "(-40 +/- 0.08) kN"
-    ranges = {"mechanism.crank.length": (0.08, 0.00016), "load.0.force": (-40e3, 80.0)}
-    ranges |= {"flywheel.inertia": (2300.0, 4.6)} if "inertia" in wheel else {}
-    result = proven(scene)
-    designs = list(corners(scene, ranges))
-    assert result.ranges
-    assert "for all numbers in the scene's ranges" in result.statement
-    for key, (low, high) in result.figures.items():
-        values = [design["balance"]["value"] if key == "balance.value" else at(design, key) for design in designs]
-        assert low - 1e-9 * abs(low) <= min(values), key
-        assert max(values) <= high + 1e-9 * abs(high), key
-        assert high - low <= 1.2 * (max(values) - min(values)) + 1e-9 * abs(high), key
-
-
-def test_ranges_move_the_angles_at_which_loads_jump() -> None:
-    """Where sin(phi) passes a, and where the slider turns back: at both, work moves in the first order."""
-
-    def figures_of(a: Any, offset: str) -> Any:
-        load = [{"on": "crank", "torque": "-900*(sin(phi) > a)"}, {"on": "slider", "force": "-3000*sign(v)"}]
-        mechanism = {**PRESS["mechanism"], "slider": {"mass": "60 kg", "offset": offset}}
-        return proven({**PRESS, "parameters": {"a": a}, "mechanism": mechanism, "load": load}).figures
-
-    wide = figures_of("0.4 ± 0.01", "31.7 mm ± 2 mm")
-    corner = [figures_of(a, offset) for a, offset in product((0.39, 0.41), ("29.7 mm", "33.7 mm"))]
-    for key in ("balance.value", "flywheel.exact"):
-        (low, high), ends = wide[key], [each[key] for each in corner]
-        assert low <= min(end[0] for end in ends)
-        assert max(end[1] for end in ends) <= high
-        assert high - low < 1.2 * (max(end[1] for end in ends) - min(end[0] for end in ends)), key
-
-
-def test_ranges_of_a_rotor_by_its_closed_form() -> None:
-    """A torque T over an angle L: fluctuation T L (1 - L/2 pi), which is greatest in the middle of the range of L."""
-    scene = {
-        "inertia": [{"on": "crank", "value": "2 kg m^2 ± 1 %"}],
-        "load": [{"on": "crank", "torque": "10 N m ± 1 %", "from": 0, "to": "180 ± 1 deg"}],
-        "drive": {"torque": "balance"},
-        "regime": {"speed": "10 rad/s ± 1 %"},
-        "flywheel": {"irregularity": 0.1},
-    }
-    result = proven(scene).figures
-    size = math.pi * (1 - 1 / 180**2) / 2
-    ends = {
-        "energy_fluctuation": (9.9 * size, 10.1 * math.pi / 2),
-        "flywheel.approximate_total": (9.9 * size / (0.1 * 10.1**2), 10.1 * math.pi / 2 / (0.1 * 9.9**2)),
-        "balance.value": (-10.1 * 181 / 360, -9.9 * 179 / 360),
-        "reduced_inertia.max": (1.98, 2.02),
-    }
-    for key, (least, most) in ends.items():
-        low, high = result[key]
-        assert low <= least * (1 + math.copysign(1e-12, least)), key
-        assert most <= high * (1 + math.copysign(1e-12, high)), key
-        assert high - low < 1.2 * (most - least), key
-
-
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"load": [*PRESS["load"], {"on": "crank", "torque": "-omega"}]}, "ranges of numbers where torques depend on speed"),
-        (
-            {"load": [{**PRESS["load"][0], "from": "20 ± 5 deg"}, {**PRESS["load"][0], "to": "24 deg", "from": 0}]},
-            "decision",
-        ),
-    ],
-)
-def test_ranges_that_cannot_be_proven_are_refused_with_their_reason(change: dict[str, Any], reason: str) -> None:
-    scene = copy.deepcopy(PRESS) | change
-    scene["mechanism"]["slider"]["mass"] = "60 kg ± 1 %"
-    result = proven(scene)
-    assert (result.figures, result.ranges) == ({}, True)
-    assert reason in result.reason
-
-
-@pytest.mark.parametrize(
-    ("written", "fault"),
-    [
-        ("80 mm ± 0 mm", "half the width of a range, above 0"),
-        ("80 mm ± 0.1 kg", "expected a length"),
-        ("80 mm ± x", "expected a length"),
-        ("80 mm ± 0.1 mm ± 0.1 mm", "expected a length"),
-        ("-80 mm ± 0.1 mm", "above 0"),
-    ],
-)
-def test_a_faulty_range_is_a_fault(written: str, fault: str) -> None:
-    scene = copy.deepcopy(PRESS)
-    scene["mechanism"]["crank"]["length"] = written
-    with pytest.raises(flywheel.SceneError, match=rf"mechanism\.crank\.length.*{fault}"):
-        flywheel.load(scene)
-
-
-def test_both_parts_of_a_range_have_one_dimension() -> None:
-    scene = copy.deepcopy(PRESS) | {"parameters": {"F": "40 kN ± 1 mm"}}
-    with pytest.raises(flywheel.SceneError, match=r"parameters\.F.*in a unit of its middle"):
-        flywheel.load(scene)
-
-
-@pytest.mark.parametrize("language", ["en", "es"])
-def test_a_range_has_a_remark_and_its_interval_in_the_summary(language: str) -> None:
-    scene = copy.deepcopy(PRESS)
-    scene["mechanism"]["crank"]["length"] = "80 ± 0.16 mm"
-    result = flywheel.size(flywheel.load(scene), accuracy="proof")
-    assert any("80 mm" in remark.defect for remark in result.scene.remarks)
-    with use(language):
-        sentences = " ".join(summary.text(result).split())
-    assert {"en": "exact flywheel from", "es": "volante exacto de"}[language] in sentences
-
-
-@pytest.mark.parametrize(("seed", "most"), [(5_000_020, 1.03), pytest.param(5_000_041, 1.3, marks=pytest.mark.slow)])
-def test_intervals_are_little_wider_where_effects_of_numbers_cancel(seed: int, most: float) -> None:
-    """A weight and a balance; a slider-crank whose I* is least at both dead centres, where no length matters."""
-    outcome = ranged(seed, designs=4)
-    assert outcome is not None
-    assert outcome.outside == ()
-    assert max(outcome.widths) < most
-
-
-@pytest.mark.parametrize("seed", sample(range(3_000_000, 3_000_012), 4))
-def test_random_designs_lie_in_the_intervals_over_their_ranges(seed: int) -> None:
-    outcome = ranged(seed, designs=2)
-    assert outcome is None or outcome.outside == ()
 
 
 def test_figures_close_to_zero_are_as_narrow_as_all_others() -> None:

@@ -138,7 +138,7 @@ def test_a_machine_even_enough_without_a_flywheel_is_proven_to_need_none() -> No
 def test_a_motion_that_does_not_come_back_to_itself_is_not_proven() -> None:
     rising = {"load": [{"on": "crank", "torque": "-20*sin(phi)"}, {"on": "crank", "torque": "0.5*omega**2"}]}
     scene = flywheel.load({**QUADRATIC, **rising, "drive": {"torque": -50}, "flywheel": {"inertia": 3}})
-    result = proof.proven(scene, proof.NearMotion(3.0, 0.0, 10.0, 0.1))
+    result = proof.proven(scene, lambda _: proof.NearMotion(3.0, 0.0, 10.0, 0.1))
     assert (result.figures, result.reason) == ({}, "a steady motion that is stable")
 
 
@@ -182,7 +182,7 @@ KINK = {
 def test_a_motion_over_a_speed_at_which_a_torque_switches_is_that_of_its_closed_form(torque: str, known: bool) -> None:
     """Also from a motion near that says nothing of the angles at which it passes this speed."""
     scene = flywheel.load({**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) + {torque}"}]})
-    result = flywheel.size(scene, accuracy="proof").proof if known else proof.proven(scene, NEAR)
+    result = flywheel.size(scene, accuracy="proof").proof if known else proof.proven(scene, lambda _: NEAR)
     assert result is not None
     with mp.workdps(40):
         for key, speed in zip(("speed_max", "speed_min"), over_a_kink(51), strict=True):
@@ -282,7 +282,7 @@ NEAR = enclosures.NearMotion(3.0, 0.0, 10.33341290682974, 0.08)
 )
 def test_a_torque_that_jumps_at_a_speed_is_proven_on_one_side_of_it_alone(torque: str, reason: str) -> None:
     scene = {**KINK, "load": [{"on": "crank", "torque": f"-20*sin(phi) - 0.36*omega**2 + {torque}"}]}
-    result = proof.proven(flywheel.load(scene), NEAR)
+    result = proof.proven(flywheel.load(scene), lambda _: NEAR)
     assert result.reason.startswith(reason)
     assert bool(result.figures) is not bool(reason)
 
