@@ -259,6 +259,14 @@ def transported(
         start: y at the low end of the first cell.
         order: degree of approximate solutions.
 
+    >>> from flywheel.numerics.balls import growth, line, precision
+    >>> with precision(80, 8):  # dy/dx = 1 + a y from y = 0 on
+    ...     cell, a = growth(arb("-0.5"), arb("0.5"), line(-1, 0), 8), line(arb(-1, 0.1), 0)
+    ...     (own,), end = transported([cell], [a], [line(1, 0)], arb(0), 8)
+    ...     true = [(1 - (-rate).exp()) / rate for rate in (arb("0.9"), arb("1.1"))]
+    ...     [ball.contains(one) for ball in (own(arb("0.5")), end) for one in true], end.rad() < 0.1
+    ([True, True, True, True], True)
+
     """
     solutions = list[Any]()
     for cell, steep, force in zip(cells, steeps, forces, strict=True):

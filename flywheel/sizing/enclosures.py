@@ -749,6 +749,8 @@ class Motions:
         for _ in range(_NEWTON):
             change = (speeds[0] - here.level) / of_level if speeds else zero
             rest = (asked - here.irregularity - of_uneven * change) / uneven
+            if not rest.is_finite():
+                raise UnprovenError("a steady motion that is stable")
             self._unknown, wheel = (self._unknown + change - share * rest).mid(), (wheel + rest).mid()
             here = self.near(wheel, self._unknown)
             if abs(rest) < _SETTLED * abs(wheel):

@@ -460,6 +460,8 @@ class MotionsOverRanges:
             apart = self._apart(paths, follow, numbers)
             if apart < self._radius and all(moved[own] < halves[own] for own in self._free):
                 return (wheel, unknown, found), follow
+            if not all(each.is_finite() for each in (apart, *moved.values())):
+                break
             self._radius = self._radius.max((_MARGIN * apart).upper())
             halves.update({own: halves[own].max((_MARGIN * rest).upper()) for own, rest in moved.items()})
         raise UnprovenError("the motions over ranges so wide")

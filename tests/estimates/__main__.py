@@ -67,7 +67,7 @@ def shown(item: Outcome) -> str:
 
 def over_ranges(wanted: int, seed: int) -> int:
     """Prints a run of scenes with numbers in ranges; exit status 1 where a design lies outside a proven interval."""
-    outcomes = {k: one for k in range(SPAN * seed, SPAN * seed + 8 * wanted) if (one := ranged(k)) is not None}
+    outcomes = {k: one for k in range(SPAN * seed, SPAN * seed + 8 * wanted) if (one := ranged(k, motions=True)) is not None}
     widths = np.array([width for one in outcomes.values() for width in one.widths])
     middle, usual, most = np.quantile(widths, [0.5, 0.9, 1.0])
     print(

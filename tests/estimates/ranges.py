@@ -28,15 +28,18 @@ class Ranged(NamedTuple):
     outside: tuple[str, ...]
 
 
-def ranged(seed: int, designs: int = 12) -> Ranged | None:
-    """The outcome of a seed; None where no figure is proven, with or without ranges."""
-    proof = extra("flywheel.sizing.proof")
+def ranged(seed: int, designs: int = 12, *, motions: bool = False) -> Ranged | None:
+    """The outcome of a seed; None where no figure is proven, with or without ranges.
+
+    motions: also of machines whose torques depend on speed.
+    """
+    extra("flywheel.sizing.proof")
     draw, written = Random(seed), scene_of(seed)
     try:
         scene = flywheel.load(written)
     except flywheel.SceneError:
         return None
-    if scene.depends_on_speed or scene.document is None or proof.proven(scene).reason:
+    if (scene.depends_on_speed and not motions) or scene.document is None or _proof(written) is None:
         return None
     known = {dotted(path): quantity for path, quantity in scene.document.quantities.items()}
     free = [path for path, quantity in known.items() if quantity.dimension in _UNITS and isinstance(quantity.value, float)]
@@ -44,8 +47,8 @@ def ranged(seed: int, designs: int = 12) -> Ranged | None:
     wide = copy.deepcopy(written)
     for path in varied:
         _put(wide, path, f"{known[path].value!r} {_UNITS[known[path].dimension]} ± {100 * SHARE} %")
-    result = proof.proven(flywheel.load(wide))
-    if result.reason or not varied:
+    result = _proof(wide)
+    if result is None or not varied:
         return None
     places = [*product((-1, 1), repeat=len(varied)), *([draw.uniform(-1, 1) for _ in varied] for _ in range(designs))]
     reached: dict[str, list[float]] = {}
@@ -60,10 +63,16 @@ def ranged(seed: int, designs: int = 12) -> Ranged | None:
     return _compared(result.figures, reached, exchanged)
 
 
+def _proof(scene: Any) -> Any:
+    """The proof of a scene; None where it is refused."""
+    proof = flywheel.size(flywheel.load(scene), accuracy="proof").proof
+    return None if proof is None or proof.reason else proof
+
+
 def _compared(figures: dict[str, tuple[float, float]], reached: dict[str, list[float]], exchanged: float) -> Ranged:
     """Intervals beside what designs reach that exchange no more than some work (J): works may be but rounding of it."""
     widths, outside = [], []
-    size = max(map(abs, figures["energy_fluctuation"]))
+    size = max(map(abs, figures.get("energy_fluctuation", (0.0,))))
     total = figures.get("flywheel.approximate_total", (0.0, 0.0))[1]
     noise = dict.fromkeys(_WORKS, _ROUNDING * exchanged)
     noise |= dict.fromkeys(_BY_WORKS, _ROUNDING * exchanged * total / size if size else 0.0)
