@@ -317,19 +317,20 @@ MOVED = {
         (
             {
                 **GEARED,
-                "inertia": [*GEARED["inertia"], {"on": "crank", "value": "300 kg m^2 ± 0.2 %"}],
+                "shafts": {"motor": {"ratio": 5, "efficiency": 0.5}},
+                "inertia": [*GEARED["inertia"], {"on": "crank", "value": "300 kg m^2 ± 10 %"}],
                 "load": [*GEARED["load"], {"on": "crank", "torque": "-20*omega"}],
             },
-            {"shafts.motor.efficiency": (0.94, 0.002), "inertia.1.value": (300.0, 0.6)},
+            {"inertia.1.value": (300.0, 30.0)},
         ),
         (
             {
-                "mechanism": {**PRESS["mechanism"], "slider": {"mass": "60 kg ± 0.5 %"}},
+                "mechanism": {**PRESS["mechanism"], "slider": {"mass": "60 kg ± 0.1 %"}},
                 "load": [{"on": "slider", "force": "-40*v*abs(v)"}],
                 "drive": {"torque": "90 - 2*omega"},
-                "flywheel": {"inertia": "4 kg m^2 ± 0.5 %"},
+                "flywheel": {"inertia": "1 kg m^2 ± 0.1 %"},
             },
-            {"mechanism.slider.mass": (60.0, 0.3), "flywheel.inertia": (4.0, 0.02)},
+            {"mechanism.slider.mass": (60.0, 0.06), "flywheel.inertia": (1.0, 0.001)},
         ),
         (
             {**KINK, "drive": {"torque": "51 N m ± 0.5 %"}, "load": [{"on": "crank", "torque": LOAD}]},
