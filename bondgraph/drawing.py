@@ -107,11 +107,8 @@ class Mark(NamedTuple):
     literal: str = ""
 
 
-class GraphDrawing(NamedTuple):
-    """A drawn graph: its left, bottom, right and top edges, in points, and its marks, those behind others first."""
-
-    edges: tuple[float, float, float, float]
-    marks: tuple[Mark, ...]
+GraphDrawing = tuple[tuple[float, float, float, float], tuple[Mark, ...]]
+"""A drawn graph: its left, bottom, right and top edges, in points, and its marks, those behind others first."""
 
 
 def picture(
@@ -201,18 +198,18 @@ def _framed(
     if title:
         place = Box((left + right) / 2.0, top - _MARGIN / 2.0 - LABEL_SIZE / 2.0, 0.0, 0.0)
         marks.insert(0, _text("", place, LABEL_SIZE)._replace(literal=title))
-    return GraphDrawing((left, bottom, right, top), tuple(marks))
+    return (left, bottom, right, top), tuple(marks)
 
 
 def word_picture(system: WordGraph, title: str | None = None) -> GraphDrawing:
     """Returns the picture of a word bond graph: words in frames, bonds with half arrows, ports and colours of domains."""
     joined = system.joined()
     stand_in = BondGraph({word: One(word) for word in system.words}, tuple(bond for bond, _, _ in joined), parts=True)
-    texts = {b.number: tail.name if tail.name == head.name else f"{tail.name} - {head.name}" for b, tail, head in joined}
+    texts = {bond.number: out if out == into else f"{out} - {into}" for bond, (_, out), (_, into) in joined}
     drawn = layout(stand_in, {word: ElementLabel(f" {word} ", (), False) for word in system.words}, texts)
     marks, present = [], []
     for bond, tail, head in joined:
-        line, domain = drawn.bonds[bond.number], system.domain(tail) or system.domain(head)
+        line, domain = drawn.bonds[bond.number], system.domain(*tail) or system.domain(*head)
         present += [domain.name] if domain is not None else []
         marks += _bond_marks(line, domain)
         marks.append(_text("", drawn.numbers[bond.number], NUMBER_SIZE, _FAINT)._replace(literal=texts[bond.number]))
@@ -285,12 +282,12 @@ def figure_of(picture: GraphDrawing) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    left, bottom, right, top = picture.edges
+    (left, bottom, right, top), marks = picture
     figure = Figure(figsize=((right - left) / 72.0, (top - bottom) / 72.0))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(left, right), ylim=(bottom, top))
     axes.set_axis_off()
-    for mark in picture.marks:
+    for mark in marks:
         (x0, y0), (x1, y1) = mark.at
         if mark.text or mark.literal:
             style: dict[str, Any] = {"family": ["STIXGeneral", "DejaVu Sans"], "math_fontfamily": "stix"}
@@ -334,7 +331,7 @@ def _picture(graph: BondGraph | WordGraph, options: Mapping[str, Any]) -> GraphD
 
 def svg_of(picture: GraphDrawing) -> str:
     """Returns a picture as SVG."""
-    left, bottom, right, top = picture.edges
+    (left, bottom, right, top), marks = picture
     wide, high = f"{right - left:.1f}", f"{top - bottom:.1f}"
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
@@ -342,7 +339,7 @@ def svg_of(picture: GraphDrawing) -> str:
         "font-family=\"STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, serif\">",
         f'<rect width="{wide}" height="{high}" fill="#FFFFFF"/>',
     ]
-    for mark in picture.marks:
+    for mark in marks:
         (x0, y0), (x1, y1) = ((x - left, top - y) for x, y in mark.at)
         if mark.dashed:
             size = f'x="{x0:.2f}" y="{y1:.2f}" width="{x1 - x0:.2f}" height="{y0 - y1:.2f}"'

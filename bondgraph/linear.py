@@ -337,7 +337,7 @@ def equilibrium(
 
     """
     dynamics = Dynamics(graph, signals)
-    names, at = dynamics.state.names, partial(field_of(dynamics.within(RateLog())), 0.0)
+    names, at = dynamics.names, partial(field_of(dynamics.within(RateLog())), 0.0)
     start = dict.fromkeys(names, 0.0) | {d.name: float(d.initial) for d in dynamics.form.displacements}
     refuse(f"near {name!r}: no such state; they are {', '.join(names)}" for name in near or {} if name not in names)
     state = np.array([(start | dict(near or {}))[name] for name in names])
@@ -454,7 +454,7 @@ def linearize(
 
     graph = as_graph(graph)
     dynamics = Dynamics(graph, signals)
-    names, rates_of = dynamics.state.names, partial(field_of(dynamics.within(RateLog())), 0.0)
+    names, rates_of = dynamics.names, partial(field_of(dynamics.within(RateLog())), 0.0)
     try:
         point = dict.fromkeys(names, 0.0) | dict(equilibrium(graph, signals=signals) if at is None else at)
     except GraphError as error:
@@ -538,7 +538,7 @@ def _unknown(graph: BondGraph, names: Sequence[str], inputs: Any, outputs: Any, 
 
 def _check_kinks(dynamics: Dynamics, at: Callable[[Array], Array], point: Mapping[str, float], slopes: Array) -> None:
     """Raises if the slopes of the rates to both sides differ, whatever the step."""
-    names = dynamics.state.names
+    names = dynamics.names
     state = np.array([point[name] for name in names])
     rows, columns = _balanced(slopes)
     apart = rows[:, None] * np.abs(_differences(at, state) - slopes) * columns

@@ -4,17 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from bondgraph.elements import Domain, refuse
 from bondgraph.graph import Bond, BondGraph, Builder, Part
-
-
-class WordPort(NamedTuple):
-    """A port of a word."""
-
-    word: str
-    name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,18 +72,20 @@ class WordGraph:
         part = self.words[word]
         return tuple(part.ports if isinstance(part, Part) else part)
 
-    def joined(self) -> tuple[tuple[Bond, WordPort, WordPort], ...]:
-        """Returns every bond between words, with the port at its tail and that at its head."""
-        ends = [(WordPort(*tail.rpartition(".")[::2]), WordPort(*head.rpartition(".")[::2])) for tail, head in self.bonds]
-        return tuple((Bond(k, tail.word, head.word), tail, head) for k, (tail, head) in enumerate(ends, 1))
+    def joined(self) -> tuple[tuple[Bond, tuple[str, str], tuple[str, str]], ...]:
+        """Returns every bond between words, with the port (its word and name) at its tail and that at its head."""
+        ends = [[end.rpartition(".") for end in bond] for bond in self.bonds]
+        return tuple(
+            (Bond(k, tail, head), (tail, out), (head, into)) for k, ((tail, _, out), (head, _, into)) in enumerate(ends, 1)
+        )
 
-    def domain(self, port: WordPort) -> Domain | None:
-        """Returns the energy domain of a port; None if the word has no bond graph or no domain."""
-        part = self.words[port.word]
+    def domain(self, word: str, port: str) -> Domain | None:
+        """Returns the energy domain of a word's port; None if the word has no bond graph or no domain."""
+        part = self.words[word]
         if not isinstance(part, Part):
             return None
         graph = BondGraph(part.elements, part.bonds, part.displacements, part.signals, part.parameters, parts=True)
-        return graph.domain(graph.at(part.ports[port.name])[0])
+        return graph.domain(graph.at(part.ports[port])[0])
 
     def expand(self) -> BondGraph:
         """Returns the bond graph that the words stand for: names of a part get `WORD.` in front.

@@ -625,14 +625,6 @@ class RateLog:
     undefined: tuple[float, list[float], Mapping[str, float]] | None = None
 
 
-class StateLayout(NamedTuple):
-    """Contents of a graph's state: names, in order, and the numbers of stores' states and displacements."""
-
-    names: tuple[str, ...]
-    stores: int
-    displacements: int
-
-
 class Dynamics:
     """A graph ready to be evaluated.
 
@@ -643,7 +635,7 @@ class Dynamics:
 
     Attributes:
         graph, signals, form: the graph, its signals as functions of time, and its formulation.
-        state: names and numbers of the states.
+        names: those of the states, in order.
         moduli: varying ratios, and the two-ports' names.
         owner_of: displacement -> flow variable; displacement_of: 1-junction -> displacement.
         iterated: groups of ports whose laws are no straight lines in what they give.
@@ -655,7 +647,7 @@ class Dynamics:
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 2.0), C("spring", stiffness=8.0))
     >>> dynamics = Dynamics(b.build())
-    >>> dynamics.state.names
+    >>> dynamics.names
     ('p_m', 'q_spring', 'x')
     >>> dynamics.at(0.0, [6.0, 1.0, 1.0]).rates
     [-8.0, 3.0, 3.0]
@@ -669,8 +661,7 @@ class Dynamics:
         self.signals = _checked_signals(graph, signals or {})
         self.form = Formulation(graph) if formulation is None else formulation
         form = self.form
-        names = [*map(form.state_name, form.stores), *(d.name for d in form.displacements)]
-        self.state = StateLayout(tuple(names), len(form.stores), len(form.displacements))
+        self.names = (*map(form.state_name, form.stores), *(d.name for d in form.displacements))
         laws = {id(e.law): e.name for e in form.graph.elements.values() if e.law is not None}
         moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
         self.moduli = tuple((ratio, laws[key]) for key, ratio in moduli.items())
@@ -741,7 +732,7 @@ class Dynamics:
 
     def stored(self, port: PortBond, value: float) -> float:
         """The momentum (displacement) at which a store gives a flow (effort)."""
-        return float(Walk(self, 0.0, [0.0] * len(self.state.names), {}, acts=False).inverse(port, value))
+        return float(Walk(self, 0.0, [0.0] * len(self.names), {}, acts=False).inverse(port, value))
 
     def branches(self, state: Sequence[float]) -> Iterator[str]:
         """Yields a line for each loop of resistors whose laws have several solutions at a state, and the one kept."""
@@ -769,7 +760,7 @@ class Dynamics:
         """(t, *state, *anchors) -> rates of the state, recorded as straight-line code; of many linear ones a matrix."""
         if self.bending:
             return self._evaluated
-        if len(self.state.names) >= MANY and self.linear is not None:
+        if len(self.names) >= MANY and self.linear is not None:
             matrix, constant, _ = self.linear
             return lambda t, *values: (matrix @ np.array(values) + constant).tolist()
         groups = self.iterated
@@ -802,8 +793,8 @@ class Dynamics:
         `anchors` gives the middle of the piece, as for `at`; without it laws switch where they are. From the piece's end on
         the time is `last`, just before: a law that jumps there is still on its branch.
         """
-        rates, finite, undefined = self.rates, math.isfinite, (math.nan,) * len(self.state.names)
-        places = [(junction, self.state.names.index(self.displacement_of[junction])) for junction in self.anchored]
+        rates, finite, undefined = self.rates, math.isfinite, (math.nan,) * len(self.names)
+        places = [(junction, self.names.index(self.displacement_of[junction])) for junction in self.anchored]
 
         def at(t: float, values: Sequence[float]) -> Sequence[float]:
             log.evaluations += 1
@@ -826,7 +817,7 @@ class Dynamics:
         """
         if self.bending or not all(self.graph.is_linear(e.name) for e in self.graph.of_kind(*_NUMBERED)):
             return None
-        size = len(self.state.names)
+        size = len(self.names)
         constant = Walk(self, 0.0, [0.0] * size, {}).rates()
         rows = [np.broadcast_to(row, size) for row in Walk(self, 0.0, list(np.eye(size)), {}, still=True).rates()]
         matrix = np.array(rows, dtype=float).reshape(size, size)
@@ -834,13 +825,13 @@ class Dynamics:
 
     def _evaluated(self, t: Any, *values: Any) -> tuple[Any, ...]:
         """The rates, walked anew at every state."""
-        count = len(self.state.names)
+        count = len(self.names)
         anchors = dict(zip(self.anchored, values[count:], strict=True))
         return tuple(Walk(self, t, values[:count], anchors).rates())
 
     def _recorded(self, what: Callable[[Walk], Sequence[Any]], groups: int = 0, stop: int | None = None) -> Rates:
         """The results of a walk as straight-line code of (t, *state, *anchors, *outputs of the first iterated groups)."""
-        count, recorder = len(self.state.names), Recorder()
+        count, recorder = len(self.names), Recorder()
         sizes = [len(g.ports) for g in self.iterated[:groups]]
         t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + sum(sizes)))
         anchors = dict(zip(self.anchored, values[count:], strict=False))

@@ -102,7 +102,7 @@ class Run:
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the states of all modes."""
-        return tuple(dict.fromkeys(name for dynamics in self.phases.values() for name in dynamics.state.names))
+        return tuple(dict.fromkeys(name for dynamics in self.phases.values() for name in dynamics.names))
 
     @property
     def t(self) -> Array:
@@ -187,7 +187,7 @@ class Run:
             return runge_kutta.at(steps, where, times)
         shared = {id(dense): k for k, dense in enumerate(steps)}  # several steps may share their dense output
         place = np.array([shared[id(dense)] for dense in steps])[where]
-        values = np.empty((len(self.phases[self.modes[owners[0]]].state.names), times.size))
+        values = np.empty((len(self.phases[self.modes[owners[0]]].names), times.size))
         order = np.argsort(place, kind="stable")
         groups, firsts = np.unique(place[order], return_index=True)
         for k, mine in zip(groups.tolist(), np.split(order, firsts[1:]), strict=True):
@@ -207,7 +207,7 @@ class Run:
             instant = walk.instant()
             for number in numbers:
                 flows[number][mine], efforts[number][mine] = instant.flows[number], instant.efforts[number]
-            by_name = dict(zip(dynamics.state.names, values, strict=True))
+            by_name = dict(zip(dynamics.names, values, strict=True))
             by_name |= {} if alone else walk.following()
             for row, name in enumerate(self.names):
                 if name in by_name:

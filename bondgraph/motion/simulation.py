@@ -142,7 +142,7 @@ def simulate(
     else:
         dynamics = Dynamics(graph, signals)
         start = _start(dynamics, initial or {})
-        if chosen and step is None and len(dynamics.state.names) >= _SERIES and dynamics.linear is not None:
+        if chosen and step is None and len(dynamics.names) >= _SERIES and dynamics.linear is not None:
             method = _TAYLOR if dynamics.linear[2] * until < _MOST_RADIANS else method
         stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
         run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
@@ -177,7 +177,7 @@ class _Stepper:
         self.log, self.budget = RateLog(), budget
         self.stiffness_checked = False
         self.messages: tuple[str, ...] = ()
-        self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.stores)}
+        self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=len(dynamics.form.stores))}
         self.anchors: list[Mapping[str, float]] = []
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self.most = np.zeros(start.size)
@@ -291,7 +291,7 @@ class _Stepper:
 
     def _beside(self, state: Array, distances: Array) -> list[Array]:
         """A state moved by its displacements' distances, to either side."""
-        moved = np.where(np.arange(state.size) < self.dynamics.state.stores, 0.0, distances)
+        moved = np.where(np.arange(state.size) < len(self.dynamics.form.stores), 0.0, distances)
         return [state - moved, state + moved]
 
     def _finished(self, run: Run, error: float, rtol: float | None) -> Run:
@@ -394,7 +394,7 @@ class _Stepper:
 
         A displacement that continues growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
-        first, self.scale, self.relative = self.dynamics.state.stores, self._scales(run), 0.0
+        first, self.scale, self.relative = len(self.dynamics.form.stores), self._scales(run), 0.0
         self.scale[first:] = np.minimum(self.scale[first:], 1.0)
 
     def _scales(self, run: Run) -> Array:
@@ -449,7 +449,7 @@ class _Stepper:
             return None
         form = self.dynamics.form
         weakest = form.stores[self.dynamics.weighed[int(np.argmax(np.abs(modes[-1, :, 0])))]].output
-        places = zip(form.displacements, state[self.dynamics.state.stores :], strict=True)
+        places = zip(form.displacements, state[len(self.dynamics.form.stores) :], strict=True)
         return form.name_of(weakest), ", ".join(f"{d.name} = {value:.9g}" for d, value in places) or f"t = {t:.9g} s"
 
     def _inertia(self, t: float, state: Array) -> Array:
@@ -540,7 +540,7 @@ class Switched:
         """The graph with all that conditions may read: of a switched junction the sum over its bonds, too."""
         with np.errstate(all="ignore"):
             instant = dynamics.at(times, list(states))
-        here = Auditor(dynamics, self.graph, times, dict(zip(dynamics.state.names, states, strict=True)), {}, instant)
+        here = Auditor(dynamics, self.graph, times, dict(zip(dynamics.names, states, strict=True)), {}, instant)
         for name in self.graph.switched:
             letter, summed = ("e", here.efforts) if self.graph.elements[name].kind == "1" else ("f", here.flows)
             if (read := f"{letter}_{name}") not in (*self.graph.displacements, *self.graph.signals):
@@ -551,13 +551,13 @@ class Switched:
         """The momentum or displacement of every store, and every further state, by name."""
         dynamics = self.dynamics(at)
         following = Walk(dynamics, t, list(state)).following()
-        return dict(zip(dynamics.state.names, map(float, state), strict=True)) | {n: float(x) for n, x in following.items()}
+        return dict(zip(dynamics.names, map(float, state), strict=True)) | {n: float(x) for n, x in following.items()}
 
     def carried(self, stored: Mapping[str, float], at: Mode, t: float) -> Array:
         """The state of a mode that begins with the stores' present values; followers share theirs with their leaders."""
         dynamics = self.dynamics(at)
         form = dynamics.form
-        state = np.array([stored.get(name, 0.0) for name in dynamics.state.names])
+        state = np.array([stored.get(name, 0.0) for name in dynamics.names])
         if not form.stores or not (form.followers or form.massless):
             return state
         size, names = len(form.stores), [form.state_name(p) for p in (*form.stores, *form.followers)]
@@ -654,7 +654,7 @@ class Switched:
         def states(at: Mode) -> int:
             if at not in freedoms:
                 try:
-                    freedoms[at] = len(self.dynamics(at).state.names)
+                    freedoms[at] = len(self.dynamics(at).names)
                 except GraphError:
                     freedoms[at] = -1
             return freedoms[at]
@@ -684,7 +684,7 @@ class Switched:
         turns: list[float] = []
         while t < until:
             dynamics = self.dynamics(at)
-            scales = np.array([tolerance[0] * tolerance[1].get(n, 1.0) for n in dynamics.state.names])
+            scales = np.array([tolerance[0] * tolerance[1].get(n, 1.0) for n in dynamics.names])
             beyond = self.margins(at, np.array([t]), state[:, None])[1]
             relative = (0.0, np.maximum(scales, 1e-300))
             crossed = None
@@ -784,9 +784,9 @@ def _check_arguments(until: float, rtol: float, method: str, step: float | None,
 
 def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
     """The initial state; names may be those of the state, of a spring, or of a 1-junction whose flow a store settles."""
-    names, form = dynamics.state.names, dynamics.form
+    names, form = dynamics.names, dynamics.form
     start = np.zeros(len(names))
-    for k, displacement in enumerate(form.displacements, start=dynamics.state.stores):
+    for k, displacement in enumerate(form.displacements, start=len(dynamics.form.stores)):
         start[k] = displacement.initial
     faults, flows, following = [], dict[str, float](), dict[int, tuple[str, float]]()
     followers = {form.state_name(port): place for place, port in enumerate(form.followers)}
@@ -830,7 +830,7 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
 
 def _no_state(dynamics: Dynamics, name: str) -> str:
     """The line on a name that is no state, with the probable state or the one that it follows."""
-    graph, names = dynamics.graph, dynamics.state.names
+    graph, names = dynamics.graph, dynamics.names
     follower = dynamics.form.follows.get(name)
     if follower is not None:
         return f"initial {name!r}: it is no state, for {follower}; the states are {', '.join(names)}"
@@ -838,7 +838,7 @@ def _no_state(dynamics: Dynamics, name: str) -> str:
     junction = name.removeprefix("f_")
     if meant is None and junction in graph.elements:
         on = dynamics.form.support[dynamics.form.variable(junction)]
-        meant = " and ".join(names[k] for k in on if k < dynamics.state.stores) or None
+        meant = " and ".join(names[k] for k in on if k < len(dynamics.form.stores)) or None
     advice = f"; give {meant}" if meant else ""
     return f"initial {name!r}: no such state{advice}; the independent ones are {', '.join(names)}"
 
@@ -862,14 +862,14 @@ def _breaks(dynamics: Dynamics, breakpoints: Mapping[str, Any], until: float) ->
         if name == TIME:
             again = [0.0] if period is None else period * np.arange(np.ceil(until / period))
             times += [float(place + later) for later in again for place in places]
-        elif name not in dynamics.state.names and period is None and (led := _led(dynamics, name)) is not None:
+        elif name not in dynamics.names and period is None and (led := _led(dynamics, name)) is not None:
             port, share = dynamics.form.stores[led[0]], led[1]
             at = np.array([dynamics.stored(port, value / share) for value in places])
             breaks.append(Breaks(led[0], np.sort(at), None, name))
-        elif name in dynamics.state.names:
-            breaks.append(Breaks(dynamics.state.names.index(name), places, period, name))
+        elif name in dynamics.names:
+            breaks.append(Breaks(dynamics.names.index(name), places, period, name))
         else:
-            raise GraphError(f"breaks {name!r}: no such state; they are t, {', '.join(dynamics.state.names)}")
+            raise GraphError(f"breaks {name!r}: no such state; they are t, {', '.join(dynamics.names)}")
     return breaks, times
 
 
@@ -881,5 +881,5 @@ def _led(dynamics: Dynamics, name: str) -> tuple[int, float] | None:
         return None
     if not all(map(dynamics.graph.is_linear, form.through(form.variable(junction)))):
         return None
-    gain = Walk(dynamics, 0.0, [0.0] * len(dynamics.state.names)).gain[form.variable(junction)][k]
+    gain = Walk(dynamics, 0.0, [0.0] * len(dynamics.names)).gain[form.variable(junction)][k]
     return (k, float(gain)) if gain else None

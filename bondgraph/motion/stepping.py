@@ -91,13 +91,6 @@ def owners(stretches: Sequence[Step], times: Array) -> Indices:
     return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
 
-class StepTolerance(NamedTuple):
-    """Error allowed in a step: relative, and absolute for each variable."""
-
-    relative: float
-    absolute: Array
-
-
 class Tableau(NamedTuple):
     """An explicit Runge-Kutta method: stage times, stage weights, weights of the step."""
 
@@ -427,13 +420,13 @@ class Piece(NamedTuple):
 
     With `along`, the rates at many instants at once, stretches in which small changes die out many times over are stepped
     implicitly, and so is the rest of one that takes many steps. `length` gives the longest of explicit steps by the time
-    that they start at.
+    that they start at. The tolerance of a step is relative and, for each variable, absolute.
     """
 
     rates: Rates
     ends: tuple[float, float]
     until: float
-    tolerance: StepTolerance
+    tolerance: tuple[float, Array]
     along: RateField | None = None
     length: Callable[[float], float] | None = None
 
@@ -454,7 +447,7 @@ def through(piece: Piece, t: float, state: Array, hint: float | None, events: Ev
     """
     # which side of a switch the motion continues to asks for states of the steps' own order
     switching = events is not None and events.clear is None
-    steps = _onwards(piece, t, state, hint, ORDER_8 if switching else runge_kutta.method(piece.tolerance.relative))
+    steps = _onwards(piece, t, state, hint, ORDER_8 if switching else runge_kutta.method(piece.tolerance[0]))
     if events is None:
         yield from steps
         return
@@ -480,7 +473,7 @@ def through(piece: Piece, t: float, state: Array, hint: float | None, events: Ev
 
 def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: Method) -> Iterator[Step]:
     """The same without watched values, explicit steps by a method."""
-    rates, _, until, tolerance, along, length = piece
+    rates, _, until, (relative, absolute), along, length = piece
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
         stiff = decay(along, t, state) * piece.rest(float(rates(t, state)[0]), t, state) > along.stiff
     else:
@@ -491,7 +484,7 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
             return
         along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
-    solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
+    solver = DormandPrince(rates, t, state.tolist(), until, relative, absolute.tolist(), first, method)
     taken = 0
     while solver.t < until:
         speed = solver.f[0]
@@ -540,7 +533,7 @@ def _landing(piece: Piece, step: runge_kutta.MethodStep) -> Step | None:
     None, too, where phi leaves the piece after its last time. Over the final remainder every state changes by two terms of
     its series, of which the second is hardly above rounding.
     """
-    start, speed, tolerance = step.slopes[0][0], step.slopes[-1][0], piece.tolerance
+    start, speed, (relative, absolute) = step.slopes[0][0], step.slopes[-1][0], piece.tolerance
     end = piece.end(speed)
     for _ in range(_MOST_LANDINGS):
         if start * speed < 0.0 or speed == 0.0:
@@ -553,7 +546,7 @@ def _landing(piece: Piece, step: runge_kutta.MethodStep) -> Step | None:
         bent = [curved * (last - first) for first, last in zip(step.slopes[0], step.slopes[-1], strict=True)]
         close = abs(missing) <= _LINEAR * step.h
         if not close:
-            sizes = (tolerance.absolute / tolerance.relative).tolist()
+            sizes = (absolute / relative).tolist()
             close = all(abs(b) <= _SECOND * (size + abs(y)) for b, size, y in zip(bent, sizes, step.after, strict=True))
         if close:
             rows = zip(step.after, step.slopes[-1], bent, strict=True)
@@ -584,8 +577,8 @@ def _implicit_steps(
     piece: Piece, along: RateField, t: float, state: Array
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
     """Implicit steps, each in parts; whether the stretch came to its end, or where no step was accepted."""
-    tolerance, until = piece.tolerance, piece.until
-    solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
+    until = piece.until
+    solver = Implicit(along, t, state, *piece.tolerance)
     speed = float(piece.rates(t, state)[0])
     while solver.t < until:
         start, rest = solver.t, piece.rest(speed, solver.t, solver.state)

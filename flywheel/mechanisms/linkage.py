@@ -8,7 +8,7 @@ wide for the proof get bounds without end, so that they are cut. Rounding is cov
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial, reduce
 from math import cos, sin, tau
@@ -357,17 +357,18 @@ class LinkagePosition:
         return variable if gain == 0.0 else variable._replace(value=variable.value + gain * self._turns)
 
 
-class PositionCache:
-    """Positions of a linkage at any psi. The last few single ones are kept: every modulus of a graph needs them again."""
+def positions_of(cycle: Cyclic) -> Callable[..., LinkagePosition]:
+    """Positions of a linkage at any psi; an anchor lies in the turn that psi belongs to.
 
-    def __init__(self, cycle: Cyclic) -> None:
-        self._cycle = cycle
-        self._single = lru_cache(maxsize=_KEPT)(lambda psi, anchor: LinkagePosition(cycle, psi, np, anchor))
+    The last few single ones are kept: every modulus of a graph needs them again.
+    """
+    single = lru_cache(maxsize=_KEPT)(lambda psi, anchor: LinkagePosition(cycle, psi, np, anchor))
 
-    def __call__(self, psi: Any, ns: Any, anchor: Any = None) -> LinkagePosition:
-        """The position at psi; `anchor` lies in the turn that psi belongs to."""
-        single = isinstance(psi, float) and isinstance(anchor, float | None)
-        return self._single(psi, anchor) if single else LinkagePosition(self._cycle, psi, ns, anchor)
+    def position(psi: Any, ns: Any, anchor: Any = None) -> LinkagePosition:
+        one = isinstance(psi, float) and isinstance(anchor, float | None)
+        return single(psi, anchor) if one else LinkagePosition(cycle, psi, ns, anchor)
+
+    return position
 
 
 class Angle(NamedTuple):
@@ -535,7 +536,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         masses=tuple(masses),
         weights=tuple(weights),
         ports=ports,
-        position=PositionCache(cycle),
+        position=positions_of(cycle),
         breakpoints=tuple(sorted({*_near_locks(cycle), *switches})),
         switches=switches,
     )

@@ -257,9 +257,10 @@ def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str,
     if circuit is None:
         return {}
     by_element = {}
-    for one, place in zip(circuit.names, circuit.in_graph, strict=True):
-        of = run.flow if place.kind == "f" else run.displacement
-        by_element[one.name] = place.factor * of(f"drive.motor.{place.name}", t)
+    for one in circuit.names:
+        assert one.in_graph is not None, one.name
+        kind, name, factor = one.in_graph
+        by_element[one.name] = factor * (run.flow if kind == "f" else run.displacement)(f"drive.motor.{name}", t)
     return by_element
 
 
@@ -275,7 +276,8 @@ def graph_motion(machine: Machine, start: StartState, until: float, inertia: flo
         advice = "leave efficiency and slip out to follow the twist, or stiffness to follow the machine with losses"
         raise SceneError([Fault(f"shafts.{name}", defect, expected, advice) for name in lossy])
     circuit = circuit_of(scene)
-    if circuit is not None and not circuit.in_graph:
+    places = () if circuit is None else tuple(one.in_graph for one in circuit.names if one.in_graph is not None)
+    if circuit is not None and len(places) < len(circuit.names):
         defect = f"a shaft that twists together with a motor's own {' and '.join(one.name for one in circuit.names)}"
         advice = "leave stiffness out, or take the motor as static, its field always on"
         raise SceneError([Fault("drive.motor", defect, "a motor that a bond graph has as a part", advice)])
@@ -288,9 +290,8 @@ def graph_motion(machine: Machine, start: StartState, until: float, inertia: flo
         raise SceneError([Fault("inertia", f"no inertia on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light])
     initial = {name: ratio * start.phi for name, ratio in angles}
     initial |= {name: scene.shafts[name] * start.omega for name in turning}
-    if circuit is not None:
-        values = zip(circuit.in_graph, start.states, strict=True)
-        initial |= {f"drive.motor.{place.name}": value / place.factor for place, value in values}
+    values = zip(places, start.states, strict=False)
+    initial |= {f"drive.motor.{name}": value / factor for (_kind, name, factor), value in values}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     if machine.depends_on_time:
         breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)

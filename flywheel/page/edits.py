@@ -26,7 +26,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity, parse_range, parse_unit, split_quantity
-from flywheel.page.form import FormField, More, SceneForm, form_of
+from flywheel.page.form import FormField, FormGroup, More, form_of
 from flywheel.page.places import example_of, places_of
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
@@ -48,14 +48,25 @@ class Draft:
     def __init__(self, text: str, earlier: Draft | None = None) -> None:
         self.outline: Outline = outline(text) if earlier is None else earlier.outline
         self.faults: list[Fault] = []
-        self._form: SceneForm | None = None if earlier is None else earlier.form
+        self._form: tuple[FormGroup, ...] | None = None if earlier is None else earlier.form
 
     @property
-    def form(self) -> SceneForm:
+    def form(self) -> tuple[FormGroup, ...]:
         """The form of the text as it stands."""
         if self._form is None:
             self._form = form_of(self.outline)
         return self._form
+
+    def field(self, path: str) -> FormField | None:
+        """The form's field at a path."""
+        return next((field for group in self.form for field in group.fields if field.path == path), None)
+
+    def addition(self, path: str) -> More | None:
+        """Key or table to add at a path; a name to choose may be any."""
+        for more in (more for group in self.form for more in group.more):
+            if more.path == path or (more.named and path.rpartition(".")[0] == more.path.rpartition(".")[0]):
+                return more
+        return None
 
     def change(self, outline: Outline) -> None:
         """A change to another text."""
@@ -83,14 +94,14 @@ class Draft:
             if place is None:
                 raise EditError("nothing to take away")
             return without(self.outline, place)
-        field = self.form.field(path)
+        field = self.field(path)
         if field is not None and field.written is not None:
             if value == field.value:
                 return self.outline
             if place is not None and place[-1] == "type":
                 return self._of_type(place, value)
             return with_value(self.outline, _present(place), written_as(field, value, self._snippet(place)))
-        more = self.form.addition(path)
+        more = self.addition(path)
         new = self._new_place(path)
         if field is not None:
             return with_value(self.outline, new, written_as(field, value))
@@ -124,7 +135,7 @@ class Draft:
 
     def _converted(self, path: str, unit: str) -> str:
         """A field's value in another unit, to ten digits."""
-        field = self.form.field(path)
+        field = self.field(path)
         if field is None or field.dimension is None or field.number is None:
             raise EditError("nothing that has a unit")
         if unit == field.unit:

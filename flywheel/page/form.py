@@ -170,30 +170,12 @@ class FormGroup(NamedTuple):
     level: int = 0
 
 
-class SceneForm(NamedTuple):
-    """All of a scene's groups."""
-
-    groups: tuple[FormGroup, ...]
-
-    def field(self, path: str) -> FormField | None:
-        """The field at a path."""
-        return next((field for group in self.groups for field in group.fields if field.path == path), None)
-
-    def addition(self, path: str) -> More | None:
-        """Key or table to add at a path; a name to choose may be any."""
-        for group in self.groups:
-            for more in group.more:
-                if more.path == path or (more.named and path.rpartition(".")[0] == more.path.rpartition(".")[0]):
-                    return more
-        return None
-
-
-def as_groups(form: SceneForm, outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
+def as_groups(form: Iterable[FormGroup], outline: Outline, faults: Iterable[Fault]) -> list[dict[str, Any]]:
     """The groups for JSON: fields and groups with their lines and faults."""
     lines = {name: outline.line(path) for name, path in outline.places.items()}
     values = {name: outline.values[path] for name, path in outline.places.items() if path in outline.values}
     spans = {name: (value.start, value.stop) for name, value in values.items()}
-    paths = {group.path for group in form.groups} | {field.path for group in form.groups for field in group.fields}
+    paths = {group.path for group in form} | {field.path for group in form for field in group.fields}
     wrong: dict[str, list[str]] = {}
     for fault in faults:
         where = fault.path
@@ -216,15 +198,15 @@ def as_groups(form: SceneForm, outline: Outline, faults: Iterable[Fault]) -> lis
             "line": lines.get(group.path),
             "fault": messages_by_path.get(group.path) if group.path else None,
         }
-        for group in form.groups
+        for group in form
     ]
 
 
-def form_of(outline: Outline) -> SceneForm:
+def form_of(outline: Outline) -> tuple[FormGroup, ...]:
     """The form of a text, as far as the text can be read and is not too long."""
     if outline.text and not outline.values and len(outline.text) > 2**16:
-        return SceneForm((FormGroup("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),))
-    return SceneForm(tuple(_Reader(outline.mapping).groups()))
+        return (FormGroup("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),)
+    return tuple(_Reader(outline.mapping).groups())
 
 
 # -- words ---------------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from io import StringIO
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -38,15 +38,6 @@ _WIDTH, _TALLEST = 7.4, 7.6  # inches
 _OFFSETS = (4.0, -4.0, 7.5, -7.5, 11.0, -11.0)  # of a dimension line from what it measures, in pins' radii
 _SHORT = 1e-3  # of the mechanism's size: distances below it are none
 _MOST_DIMENSIONS = 18  # dimensions in one picture
-
-
-class DimensionLine(NamedTuple):
-    """A distance between two places (m) with its text and its body."""
-
-    start: Array
-    end: Array
-    text: str
-    body: str
 
 
 def drawn(scene: Scene, phi: float) -> Iterator[tuple[str, str, str]]:
@@ -88,16 +79,16 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
     left = dimensions[_MOST_DIMENSIONS:]
     names: list[tuple[str, str, tuple[float, float]]] = []
     lines: list[Array] = [_outline(view, poses)]
-    for dimension in dimensions[:_MOST_DIMENSIONS]:
-        line, spot = _dimension_line(panel, view, dimension, lines)
+    for start, end, text in dimensions[:_MOST_DIMENSIONS]:
+        line, spot = _dimension_line(panel, view, start, end, lines)
         lines.append(line)
-        names.append((dimension.text, BLACK, spot))
+        names.append((text, BLACK, spot))
     names += _masses(panel, view, poses)
     names += _angle(panel, scene, view, poses, phi, lines)
     _gravity(panel, scene, view, box)
     figures.lay_out(made)
     write_names(panel, view, poses, 1.0, names, lines[1:])
-    note = _("Not drawn for lack of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
+    note = _("Not drawn for lack of room: {listed}.", listed=", ".join(text for _, _, text in left)) if left else ""
     return made, note
 
 
@@ -114,8 +105,11 @@ def _outline(view: View, poses: Poses) -> Array:
 # -- what is measured --------------------------------------------------------------------------------------------------
 
 
-def _dimensions(view: View, poses: Poses) -> Iterator[DimensionLine]:
-    """Distances between the joints of every body, from its origin if a joint is there; the frame's last."""
+def _dimensions(view: View, poses: Poses) -> Iterator[tuple[Array, Array, str]]:
+    """Distances between the joints of every body, from its origin if a joint is there; the frame's last.
+
+    Each with its two ends (m) and its text.
+    """
     linkage, mechanism = view.solution.linkage, view.mechanism
     least = _SHORT * view.sketch.size
     for body in (*linkage.names[1:], FRAME):
@@ -125,7 +119,7 @@ def _dimensions(view: View, poses: Poses) -> Iterator[DimensionLine]:
             length = float(np.hypot(*(ends[1] - ends[0])))
             if length > least:
                 symbol = _symbol(mechanism, body, length)
-                yield DimensionLine(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
+                yield ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length)
     driver = linkage.joint(linkage.driver)
     if driver.kind == SLIDE:
         ends = [
@@ -134,14 +128,14 @@ def _dimensions(view: View, poses: Poses) -> Iterator[DimensionLine]:
         ]
         way = float(poses.q[0])
         if abs(way) > least:
-            yield DimensionLine(ends[0], ends[1], f"x = {length_text(way)}", driver.second)
+            yield ends[0], ends[1], f"x = {length_text(way)}"
     kind = KINDS[mechanism.type]
     for key in kind.heights:
         if height := mechanism.geometry.get(key, 0.0):
             body = key.partition(".")[0]
             x = 0.0 if body == FRAME else float(poses.point(body, (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit
             text = f"{_written(kind.symbols[key])} = {length_text(height)}"
-            yield DimensionLine(np.array([x, 0.0]), np.array([x, height]), text, FRAME)
+            yield np.array([x, 0.0]), np.array([x, height]), text
 
 
 def _symbol(mechanism: Mechanism, body: str, length: float) -> str:
@@ -182,10 +176,10 @@ def length_text(length: float) -> str:
 
 
 def _dimension_line(
-    panel: Axes, view: View, dimension: DimensionLine, lines: list[Array]
+    panel: Axes, view: View, start: Array, end: Array, lines: list[Array]
 ) -> tuple[Array, tuple[float, float]]:
     """A line with arrows beside the measured length, on the side with room; and the place of its text."""
-    unit, start, end = view.sketch.unit, dimension.start, dimension.end
+    unit = view.sketch.unit
     way = (end - start) / np.hypot(*(end - start))
     across = np.array([-way[1], way[0]])
     points = np.concatenate(lines, axis=1)

@@ -21,7 +21,7 @@ from bondgraph.elements import GraphError
 from bondgraph.motion import runge_kutta, standstill
 from bondgraph.motion.runge_kutta import STIFF, RateField, Rates
 from bondgraph.motion.standstill import ROUNDING, Release
-from bondgraph.motion.stepping import Events, Piece, Step, StepError, StepTolerance, residuals, through
+from bondgraph.motion.stepping import Events, Piece, Step, StepError, residuals, through
 from bondgraph.numerics import counting, summit
 from flywheel.components.motors.motor import States
 from flywheel.machine.dynamics import ONSET, MachineDynamics, MotionStretch, StartState, Trail, later
@@ -384,7 +384,7 @@ class _FreeMotion:
         if (circuit := dynamics.circuit) is not None:
             self.sizes += circuit.scales
             absolute += [rtol * _LEAST_SPEED * scale for scale in circuit.scales]
-        self.tolerance = StepTolerance(rtol, np.array(absolute))
+        self.tolerance = rtol, np.array(absolute)
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, *start.states])
         self.t, self.stretches = start.time, list[MotionStretch]()
         self.branching = dynamics.branching
@@ -470,7 +470,7 @@ class _FreeMotion:
         """
         for step, _, anchor in stretches if self.direction is not None else ():
             against = 0.0 if step.after is None else -anchor.direction * step.after[1]
-            assert against <= self.tolerance.absolute[1] / _LEAST_SPEED, against
+            assert against <= self.tolerance[1][1] / _LEAST_SPEED, against
         self.stretches += stretches
         if self.watching is not None:
             self.watching(self.t, float(self.state[0]) + self.offset)
@@ -496,7 +496,7 @@ class _FreeMotion:
         """
         phi, speed = float(self.state[0]), abs(float(self.state[1]))
         self.swings = (phi, self.swings[1] + 1 if self.swings[0] == phi else 0)
-        if self.once or (speed > self.tolerance.relative * self.typical and self.swings[1] < _MOST_SWINGS):
+        if self.once or (speed > self.tolerance[0] * self.typical and self.swings[1] < _MOST_SWINGS):
             return False
         there = self.dynamics.from_rest(phi, *neighbours(self.machine, phi), np.array([self.t]), self.state[3:, None])
         if not there[0, 0] < 0.0 < there[1, 0]:
@@ -562,7 +562,7 @@ class _FreeMotion:
         count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
         count -= self.t + count * period > self.until
         off = abs(self.state[1] / before[1] - 1.0)
-        if count < FEWEST or not off <= max(_RETURNED * self.tolerance.relative, _RETURNED_AT_BEST):
+        if count < FEWEST or not off <= max(_RETURNED * self.tolerance[0], _RETURNED_AT_BEST):
             return None
         if self.returns is None:
             self.returns = returns(self.machine, self.dynamics.balance)
@@ -731,7 +731,7 @@ class _FreeMotion:
         A mesh with a smaller moment has no side: in steady running a wheel behind a mesh takes only these errors.
         """
         assert anchor.omega is not None
-        allowed = self.tolerance.relative * abs(anchor.omega) + float(self.tolerance.absolute[1])
+        allowed = self.tolerance[0] * abs(anchor.omega) + float(self.tolerance[1][1])
         omega = np.array([anchor.omega, anchor.omega + allowed])
         at, own = np.full(2, anchor.phi), np.repeat(coming[:, None], 2, axis=1)
         passed = self.dynamics.at_many(at, anchor, omega, np.full(2, anchor.time), own).passed[1:]

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
-from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, StepTolerance, residuals, through
+from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, residuals, through
 from flywheel.machine.dynamics import MachineDynamics, PlainInstant, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
@@ -381,7 +381,7 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
     equations = _ScaledEquation(dynamics, speed, scale, stiffness(machine))
     edges = np.union1d(machine.switches, np.setdiff1d(machine.restarts, machine.breakpoints))
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
-    tolerance = StepTolerance(tight, tight * np.array([1.0, 1.0, *own]))
+    tolerance = tight, tight * np.array([1.0, 1.0, *own])
     state, tau, steps = first, 0.0, list[Step]()
     hint: float | None = None
     crossings = 0

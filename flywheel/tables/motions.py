@@ -571,7 +571,7 @@ def transient_table(transient: Transient, points: int, breaks: bool = False) -> 
     if samples.current is not None:
         yield "current [A]", samples.current
     circuit = transient.scene.motor.circuit if transient.scene.motor is not None else None
-    for name, unit, _ in () if circuit is None else circuit.names:
+    for name, unit, *_place in () if circuit is None else circuit.names:
         if samples.states is not None and name != "current":
             yield f"{name.replace('_', ' ')} [{unit}]", samples.states[name]
 

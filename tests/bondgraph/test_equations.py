@@ -62,7 +62,7 @@ def equal(a, b):
 def agrees(graph, signals=None):
     """Symbolic rates against `Dynamics.rates`, at several states and times, relative to the largest rate."""
     result, dynamics = state_equations(graph), Dynamics(graph, signals)
-    assert [str(s) for s in result.states] == [clean(name) for name in dynamics.state.names]
+    assert [str(s) for s in result.states] == [clean(name) for name in dynamics.names]
     numeric = result.numeric(signals)
     rng = np.random.default_rng(1)
     for now in (0.0, 0.7, 1.9):

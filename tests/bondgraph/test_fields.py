@@ -47,7 +47,7 @@ def test_a_coil_whose_current_is_given_follows_and_induces():
     """p1 = L11 i1 + L12 i(t); the second voltage is L12 i1' + L22 i'."""
     graph = coils(Sf("i", lambda t: np.sin(t)))
     run = simulate(graph, 3.0)
-    assert run.dynamics.state.names == ("p_coils_1",)
+    assert run.dynamics.names == ("p_coils_1",)
     truth = solve_ivp(lambda t, p: 5.0 - 0.5 * (p - np.sin(t)) / 2.0, (0, 3.0), [0.0], method="DOP853", rtol=1e-12)
     current = (truth.y[0, -1] - np.sin(3.0)) / 2.0
     assert_allclose(run.flow("a", 3.0), current, rtol=1e-8)
@@ -99,7 +99,7 @@ def test_an_inertia_that_follows_two_ports_has_the_same_rates_in_symbols():
     effort = (-1.0 + 1.3 * flow + 0.7 * both[0] * q / 0.25) / (1.0 + 0.7 * (both[1] + both[2] + 1.0 / 2.3))
     by_name = {"p_F_1": p[0], "p_F_2": p[1], "p_F_3": p[2], "q_C": q, "p_m": m}
     rates = {"p_F_1": -q / 0.25, "p_F_2": effort, "p_F_3": effort, "q_C": K[0] @ p, "p_m": effort}
-    names = Dynamics(graph).state.names
+    names = Dynamics(graph).names
     expected, state = [rates[name] for name in names], [by_name[name] for name in names]
     assert_allclose(Dynamics(graph).rates(0.0, *state), expected, rtol=1e-13)
     assert_allclose(state_equations(graph).numeric()(0.0, state), expected, rtol=1e-12)

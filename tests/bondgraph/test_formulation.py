@@ -40,7 +40,7 @@ def leaky(leak):
 @pytest.mark.parametrize("leak", [1.0, 1e4, 1e10, 1e12, 1e18, 1e20])
 def test_a_leak_of_any_size_beside_a_capacitor_leaves_its_rates_right(leak):
     dynamics = Dynamics(leaky(leak))
-    assert dynamics.state.names == ("q_c", "p_L")
+    assert dynamics.names == ("q_c", "p_L")
     q, p = 2.7e-6, -3.1e-6
     expected = [-q / 1e-6 / leak - p / 1e-3, q / 1e-6 - p / 1e-3]
     assert_allclose(dynamics.rates(0.0, q, p), expected, rtol=1e-15)
@@ -64,7 +64,7 @@ def test_two_stages_without_inertia_are_simulated_as_they_come():
     b.bond("source", "first").bond("first", "line").bond("line", "second").on("source", Se("E", 1.0), R("R1", 1.0))
     b.on("first", C("C1", 1e-6)).on("line", R("R2", 1e3)).on("second", C("C2", 2e-3))
     run = simulate(b.build(), 2.0)
-    assert run.dynamics.state.names == ("q_C1", "q_C2")
+    assert run.dynamics.names == ("q_C1", "q_C2")
     matrix = np.array([[-1e6 - 1e3, 0.5], [1e3, -0.5]])
     rest = np.linalg.solve(matrix, [-1.0, 0.0])
     assert_allclose(run.ends[-1], rest - expm(2.0 * matrix) @ rest, rtol=1e-7)
@@ -74,11 +74,11 @@ def test_two_stages_without_inertia_are_simulated_as_they_come():
 def test_two_capacitors_on_a_node_or_across_a_transformer_are_one_state():
     b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", 6.0), R("r", 2.0))
     node = b.on("node", C("c1", 0.5), C("c2", 1.5)).build()
-    assert Dynamics(node).state.names == ("q_c1",)
+    assert Dynamics(node).names == ("q_c1",)
     assert_allclose(Dynamics(node).rates(0.0, 1.0), [0.25 * (6.0 - 2.0) / 2.0], rtol=1e-15)
     b = Builder().zero("a").zero("b").one("line").bond("line", "a").on("line", Se("E", 6.0), R("r", 2.0))
     across = b.on("a", C("c1", 0.5)).on("b", C("c2", 1.5)).transform("a", "b", 0.5, name="T").build()
-    assert Dynamics(across).state.names == ("q_c1",)
+    assert Dynamics(across).names == ("q_c1",)
     flow = 2.0  # e_a = 2, e_b = 4: it feeds c1 and, through the transformer, half as fast, c2 at twice the effort
     assert_allclose(Dynamics(across).rates(0.0, 1.0), [0.5 * flow / (0.5 + 1.5 / 0.25 * 1.0)], rtol=1e-15)
     q, c1, c2 = sympy.symbols("q_c1 c1 c2")
@@ -173,7 +173,7 @@ def test_an_inertia_may_have_a_curve_of_its_own():
     """A coil that saturates: f = tanh(p)."""
     graph = Builder().one("coil").on("coil", I("L", lambda p: np.tanh(p)), R("r", 2.0), Se("U", 1.0)).build()
     dynamics = Dynamics(graph)
-    assert dynamics.state.names == ("p_L",)
+    assert dynamics.names == ("p_L",)
     assert_allclose(dynamics.rates(0.0, 0.7), [1.0 - 2.0 * np.tanh(0.7)], rtol=1e-14)
     run = simulate(graph, 2.0, initial={"coil": 0.9}, rtol=1e-9)
     assert_allclose(run.flow("coil", 0.0), 0.9, rtol=1e-12)
@@ -233,7 +233,7 @@ def test_a_great_store_that_follows_small_ones_leaves_their_rates_right(ratio):
     leak = Fraction(2e-9) / b / Fraction(1e19)
     flow = T * leak / b / (1 / a + T * T / b + 1 / c)
     dynamics = Dynamics(g.build())
-    assert dynamics.state.names == ("q_a", "q_b")
+    assert dynamics.names == ("q_a", "q_b")
     expected = [float(flow), float(T * flow - leak)]
     assert_allclose(dynamics.rates(0.0, 1e-6, 2e-9), expected, rtol=1e-14)
     assert_allclose(dynamics.at(0.0, [1e-6, 2e-9]).rates, expected, rtol=1e-14)
@@ -248,7 +248,7 @@ def test_a_great_store_that_follows_small_ones_and_a_source_of_time_leaves_their
     dynamics, number = Dynamics(graph), graph.bond_of("great").number
     whole, left, right = Fraction(great), 3 - Fraction(1.25), -Fraction(0.75) / 2 / 4
     flow = whole * (left + right / 2 + Fraction(1, 2)) / (1 + whole + whole / 2)
-    assert dynamics.state.names == ("q_a", "q_b")
+    assert dynamics.names == ("q_a", "q_b")
     assert_allclose(dynamics.rates(0.0, 1.25, 0.75), [float(left - flow), float(right - flow)], rtol=1e-14)
     assert_allclose(dynamics.at(0.0, [1.25, 0.75]).flows[number], float(flow), rtol=1e-14)
 

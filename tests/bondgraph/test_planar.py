@@ -99,7 +99,7 @@ def test_a_pin_has_the_velocity_of_the_centre_plus_omega_times_its_arm(x, y, the
     b = Builder().include("body", rigid_body(2.0, 0.5, {"end": (x, y)}, inlets=["end"] if inward else []))
     dynamics = Dynamics(b.build(loose=True))
     state = {"p_body.J": 0.5 * omega, "p_body.m.x": 2.0 * vx, "p_body.m.y": 2.0 * vy, "body.theta": theta}
-    flows = dynamics.at(0.0, [state[name] for name in dynamics.state.names]).flows
+    flows = dynamics.at(0.0, [state[name] for name in dynamics.names]).flows
     arm = (x + 1j * y) * np.exp(1j * theta)
     velocity = vx + 1j * vy + 1j * omega * arm
     result = [flows[dynamics.graph.at(f"body.end.{axis}")[0].number] for axis in "xy"]
@@ -132,7 +132,7 @@ def test_a_pendulum_falls_as_the_formula_says():
     b = fix(Builder().include("body", rigid_body(2.0, 0.5, {"pivot": (-0.3, 0.0)}, angle=0.4)), "body.pivot")
     dynamics = Dynamics(b.on("body.y", Se("weight", -2.0 * G)).build())
     rates = dynamics.at(0.0, [0.0, 0.4]).rates
-    assert dynamics.state.names == ("p_body.J", "body.theta")
+    assert dynamics.names == ("p_body.J", "body.theta")
     assert_allclose(rates, [0.5 * -2 * G * 0.3 * np.cos(0.4) / (0.5 + 2 * 0.09), 0.0], rtol=1e-14)
 
 
@@ -156,7 +156,7 @@ def test_accelerations_are_those_of_the_condensed_graph(machine):
     angles = [0.0, np.pi, np.pi / 2, *rng.uniform(0, 2 * np.pi, 10)]
     for phi, omega in zip(angles, rng.uniform(-20, 20, len(angles)), strict=True):
         others = [float(angle(phi)) for angle in linkage.positions.values()]
-        crank = reference.graph.constant(reference.state.names[0].removeprefix("p_"))
+        crank = reference.graph.constant(reference.names[0].removeprefix("p_"))
         expected = reference.rates(0.0, crank * omega, phi, *[phi] * len(reference.anchored))[0] / crank
         for dynamics in (whole, small):
             own = dynamics.graph.constant("crank.J")

@@ -221,7 +221,7 @@ def test_the_reduced_equation_of_motion_is_that_of_the_whole_graph():
     reduced = reduce(graph, PHI, positions=spring)
     expected = (reduced.moment - 0.5 * reduced.slope * omega**2 - reduced.resistance * omega) / reduced.inertia
     dynamics = Dynamics(graph)
-    assert dynamics.state.names == ("p_J", "q_spring", "theta", "x")
+    assert dynamics.names == ("p_J", "q_spring", "theta", "x")
     rates = dynamics.at(0.0, [0.2 * omega, spring["spring"](PHI), PHI, 0.0 * PHI]).rates
     assert_allclose(rates[0] / 0.2, expected, rtol=1e-11, atol=1e-11)
 

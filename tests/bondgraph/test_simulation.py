@@ -173,7 +173,7 @@ def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
             b.between(f"v{k - 1}", f"v{k}", *elements) if k != 2 else b.gyrate("v1", "v2", rng.uniform(0.5, 5.0))
     graph = b.on("v0", Se("F", 1.0)).build()
     dynamics = Dynamics(graph)
-    size = len(dynamics.state.names)
+    size = len(dynamics.names)
     start = rng.normal(size=size)
     force = np.array(dynamics.rates(0.0, *[0.0] * size))
     matrix = np.zeros((size + 1, size + 1))
@@ -184,7 +184,7 @@ def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
     for _ in times[1:]:
         truth.append(step @ truth[-1])
     truth = np.transpose(truth)[:size]
-    run = simulate(graph, 2.0, initial=dict(zip(dynamics.state.names, start, strict=True)), rtol=rtol)
+    run = simulate(graph, 2.0, initial=dict(zip(dynamics.names, start, strict=True)), rtol=rtol)
     result = np.array(list(run.states(times).values()))
     error = (np.abs(result - truth).max(axis=1) / np.abs(truth).max(axis=1)).max()
     assert error <= rtol or not run.reached
@@ -236,7 +236,7 @@ def test_springs_in_series_are_one_spring():
     graph = b.on("w", C("k2", stiffness=3.0)).build()
     run = simulate(graph, 3.0, initial={"k1": 0.1, "k2": 0.2, "x": 0.3}, rtol=1e-10)
     assert_allclose(run.displacement("x", 3.0), 0.3 * np.cos(3.0), rtol=1e-9)
-    assert run.dynamics.state.names == ("p_M", "q_k1", "x")
+    assert run.dynamics.names == ("p_M", "q_k1", "x")
     unbalanced = r"initial 'k2': found 0.5, but C:k2 follows C:k1, which makes it 0.2 \(difference 0.3\): give the states"
     with pytest.raises(GraphError, match=unbalanced):
         simulate(graph, 3.0, initial={"k1": 0.1, "k2": 0.5})
@@ -711,7 +711,7 @@ def test_many_linear_states_are_a_matrix(rtol):
         b.between(f"m{k}", f"m{k + 1}", C(f"c{k}", stiffness=50.0 + k))
     graph = b.on("m0", Se("F", 1e9)).build()
     dynamics = Dynamics(graph)
-    names = dynamics.state.names
+    names = dynamics.names
     expected = {n: np.zeros(len(names)) for n in names}
     for k in range(masses):
         expected[f"p_M{k}"][names.index(f"p_M{k}")] = -0.1 / (1.0 + 0.1 * k)

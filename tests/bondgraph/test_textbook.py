@@ -28,7 +28,7 @@ def agrees(graph, by_hand, names, derivative=()):
     assert not result.conflicts
     assert result.derivative == derivative
     dynamics = Dynamics(graph)
-    assert dynamics.state.names == names
+    assert dynamics.names == names
     formulas = state_equations(graph).numeric()
     for t, state in ((0.3, 1.0 + 0.3 * np.arange(len(names))), (1.1, np.cos(1.0 + np.arange(len(names))))):
         expected = by_hand(t, *state)
@@ -89,7 +89,7 @@ def test_a_hydraulic_servo():
     b.transform("piston", "chamber", -0.01, name="A").on("piston", I("m", 5.0), R("d", 100.0))
     graph = b.build()
     dynamics, x, pressure, speed = Dynamics(graph, {"x": 0.5}), 0.5, 4e5, 0.7
-    assert dynamics.state.names == ("q_oil", "p_m")
+    assert dynamics.names == ("q_oil", "p_m")
     expected = [2e-4 * x * np.sqrt(1e6 - pressure) - 0.01 * speed, 0.01 * pressure - 100.0 * speed]
     assert_allclose(dynamics.rates(0.0, pressure * 1e-9, 5.0 * speed), expected, rtol=1e-12)
     assert_allclose(state_equations(graph).numeric({"x": 0.5})(0.0, [pressure * 1e-9, 5.0 * speed]), expected, rtol=1e-12)

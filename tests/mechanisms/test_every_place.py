@@ -37,7 +37,7 @@ def test_it_begins_with_a_starter_whose_tables_are_its_own(kind):
 
 
 def test_the_form_has_its_tables(kind):
-    groups = {group.path for group in form_of(outline(starter(kind.name))).groups}
+    groups = {group.path for group in form_of(outline(starter(kind.name)))}
     assert {f"mechanism.{part.name}" for part in kind.parts} <= groups
 
 

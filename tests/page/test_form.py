@@ -261,7 +261,7 @@ def edited(text: str, path: str, value: str | None = None, unit: str | None = No
 def test_every_value_has_a_field_and_stays_as_it_is(name: str) -> None:
     text = TEXTS[name]
     draft = Draft(text)
-    fields = [field for group in draft.form.groups for field in group.fields]
+    fields = [field for group in draft.form for field in group.fields]
     paths = {field.path for field in fields}
     for where, place in draft.outline.places.items():
         if place in draft.outline.values:
@@ -278,7 +278,7 @@ def test_every_value_has_a_field_and_stays_as_it_is(name: str) -> None:
 @pytest.mark.slow
 def test_whatever_is_typed_the_text_can_be_read(name: str) -> None:
     form = Draft(TEXTS[name]).form
-    for k, field in enumerate(field for group in form.groups for field in group.fields if field.written is not None):
+    for k, field in enumerate(field for group in form for field in group.fields if field.written is not None):
         for typed in (NASTY[k % len(NASTY)], NASTY[(k + 5) % len(NASTY)]):
             draft = edited(TEXTS[name], field.path, typed)
             tomllib.loads(draft.outline.text)
@@ -295,7 +295,7 @@ def test_whatever_is_typed_the_text_can_be_read(name: str) -> None:
 )
 def test_any_text_at_all(typed: str, path: str) -> None:
     draft = edited(TEXTS["press"], path, typed)
-    field = draft.form.field(path)
+    field = draft.field(path)
     assert draft.faults == []
     assert field is not None
     read = tomllib.loads(draft.outline.text)
@@ -319,13 +319,11 @@ def test_an_edit_changes_one_value_and_keeps_comments() -> None:
 @pytest.mark.parametrize("name", ["press", "motor-press", "linkage", "law"])
 def test_what_the_form_offers_can_be_added_and_taken_away(name: str) -> None:
     text = TEXTS[name]
-    for group in Draft(text).form.groups:
+    for group in Draft(text).form:
         for more in group.more:
             draft = edited(text, more.path, more.value)
             assert draft.faults == [], more
-            paths = {group.path for group in draft.form.groups} | {
-                f.path for group in draft.form.groups for f in group.fields
-            }
+            paths = {group.path for group in draft.form} | {f.path for group in draft.form for f in group.fields}
             assert any(path.startswith(more.path) for path in paths), more
         if group.removable:
             draft = edited(text, group.path)
@@ -349,7 +347,7 @@ def test_another_type_keeps_what_fits(kind: str) -> None:
 
 def test_the_frame_of_a_four_bar_is_edited_by_the_name_that_the_scene_gives_it() -> None:
     text = starter("four-bar").replace("ground.length", "frame.length")
-    fields = {field.path for group in Draft(text).form.groups for field in group.fields}
+    fields = {field.path for group in Draft(text).form for field in group.fields}
     assert "mechanism.frame.length" in fields
     assert "mechanism.ground.length" not in fields
     shaper = edited(text, "mechanism.type", "crank-shaper")
@@ -385,7 +383,7 @@ def test_a_text_that_is_no_toml_has_the_form_of_what_can_be_read() -> None:
     reply = json.loads(server.answer({"text": text, "folder": ".", "name": "x.toml"}))
     assert reply["faults"][0]["line"] == 1 + text[: text.index(" 420 mm")].count("\n")
     draft = Draft(text)
-    assert draft.form.field("mechanism.crank.length").value == "50 mm"
+    assert draft.field("mechanism.crank.length").value == "50 mm"
     draft.edit("mechanism.crank.length", "60 mm")
     draft.edit("mechanism.rod.length", "430 mm")
     assert draft.faults == []
@@ -394,7 +392,7 @@ def test_a_text_that_is_no_toml_has_the_form_of_what_can_be_read() -> None:
 
 def test_sliders_hold_their_number_and_what_the_key_allows() -> None:
     for name, text in TEXTS.items():
-        for group in Draft(text).form.groups:
+        for group in Draft(text).form:
             for field in group.fields:
                 if field.range is not None:
                     least, most, step = field.range
@@ -428,7 +426,7 @@ def chosen(text: str, *edits: tuple[str, str]) -> tuple[str, list[str]]:
 
 def choices_of_type(text: str) -> list[tuple[str, str]]:
     """Every choice of every field that says what something is."""
-    fields = [field for group in Draft(text).form.groups for field in group.fields]
+    fields = [field for group in Draft(text).form for field in group.fields]
     return [(field.path, to) for field in fields if field.path.rpartition(".")[2] == "type" for to in field.choices]
 
 
@@ -460,7 +458,7 @@ def test_a_fan_after_a_constant_load_has_a_speed(text: str, speed: str) -> None:
 def test_every_type_of_every_table_can_be_chosen(name: str) -> None:
     for path, to in choices_of_type(TEXTS[name]):
         text, _faults = chosen(TEXTS[name], (path, to))
-        table = Draft(text).form.field(path)
+        table = Draft(text).field(path)
         assert table is not None
         assert table.value == to
 
@@ -478,7 +476,7 @@ def test_a_load_model_that_is_added_begins_with_what_it_needs(monkeypatch: pytes
     text, _faults = chosen(ON_A_SHAFT, ("load[0].model.type", "sprinkler"))
     model = tomllib.loads(text)["load"][0]["model"]
     assert model["flow"] == DIMENSIONS["volume flow"].example
-    assert Draft(text).form.field("load[0].model.flow").unit in OFFERED["volume flow"]
+    assert Draft(text).field("load[0].model.flow").unit in OFFERED["volume flow"]
 
 
 def test_every_dimension_is_offered_units_of_its_own() -> None:
@@ -492,15 +490,15 @@ def test_a_shaft_is_not_offered_those_that_hang_on_it() -> None:
     chain = {"wheel": "crank", "motor": "wheel", "fan": "motor"}
     shafts = "".join(f'[shafts.{name}]\nratio = 2\non = "{on}"\n' for name, on in chain.items())
     draft = Draft(TEXTS["press"] + shafts)
-    offered = {name: draft.form.field(f"shafts.{name}.on").choices for name in chain}
+    offered = {name: draft.field(f"shafts.{name}.on").choices for name in chain}
     assert offered["wheel"] == ("crank", "pinion")
     assert offered["motor"] == ("crank", "pinion", "wheel")
     assert offered["fan"] == ("crank", "pinion", "wheel", "motor")
     draft.edit("shafts.motor.on", "crank", None)
-    assert draft.form.field("shafts.wheel.on").choices == ("crank", "pinion", "motor", "fan")
+    assert draft.field("shafts.wheel.on").choices == ("crank", "pinion", "motor", "fan")
     draft.edit("shafts.wheel.on", "fan", None)
     draft.edit("shafts.motor.on", "wheel", None)  # a circle, which the reader refuses: the form is there to mend it
-    assert draft.form.field("shafts.wheel.on").choices == ("fan", "crank", "pinion")
+    assert draft.field("shafts.wheel.on").choices == ("fan", "crank", "pinion")
 
 
 def test_labels_titles_and_help_have_their_spanish() -> None:
@@ -530,7 +528,7 @@ def test_the_form_of_the_same_text_follows_the_language() -> None:
     titles = []
     for spoken in ("en", "es", "en"):
         with language.use(spoken):
-            titles.append(server.edited(TEXTS["slider-crank"], []).form.groups[0].title)
+            titles.append(server.edited(TEXTS["slider-crank"], []).form[0].title)
     assert titles == ["Scene", "Escena", "Scene"]
 
 
@@ -549,7 +547,7 @@ def test_a_value_that_is_opened_with_a_fault_keeps_its_unit(
     text = PRESS.read_text("utf-8")
     assert line in text
     draft = Draft(text.replace(line, typo))
-    field = draft.form.field(path)
+    field = draft.field(path)
     assert field is not None
     assert (field.unit, field.number) == (unit, None)
     draft.edit(path, typed)
@@ -561,7 +559,7 @@ def test_a_model_that_turns_keeps_its_units_while_a_value_is_empty(key: str, goo
     text = (EXAMPLES / "drive_lines/compressor.toml").read_text("utf-8")
     draft = Draft(text)
     draft.edit(f"load[1].model.{key}", "")
-    field = draft.form.field(f"load[1].model.{key}")
+    field = draft.field(f"load[1].model.{key}")
     assert field is not None
     assert field.unit == unit
     draft.edit(f"load[1].model.{key}", good)

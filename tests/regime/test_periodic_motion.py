@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import flywheel
 from bondgraph.motion.runge_kutta import Implicit, RateField, decay
-from bondgraph.motion.stepping import Events, Piece, StepTolerance, through
+from bondgraph.motion.stepping import Events, Piece, through
 from flywheel import Machine
 from flywheel.machine.dynamics import MachineDynamics
 from flywheel.machine.equation import Moments, moments_on
@@ -633,7 +633,7 @@ TIGHT, ENDS = 1e-13, (0.0, 1e9)
 
 
 def stepped(rates, first, until, ends=ENDS, *, tight=TIGHT, hint=None, events=None, along=None):
-    tolerance = StepTolerance(tight, np.full(2, tight))
+    tolerance = tight, np.full(2, tight)
     return list(through(Piece(rates, ends, until, tolerance, along), 0.0, np.array(first), hint, events))
 
 

@@ -23,7 +23,6 @@ from flywheel.components.motors.motor import (
     Array,
     Circuit,
     Fact,
-    GraphState,
     Motor,
     Point,
     ShaftMotion,
@@ -312,8 +311,7 @@ class ArmatureCircuit(Circuit):
     (12.5, (2000.0,), (60.0,))
     """
 
-    names = (StateName("current", "A"),)
-    in_graph = (GraphState("f", "armature"),)
+    names = (StateName("current", "A", in_graph=("f", "armature", 1.0)),)
 
     def __init__(self, motor: DC) -> None:
         self.motor, self.scales = motor, (abs(motor.voltage / motor.resistance),)

@@ -126,22 +126,16 @@ States = Sequence[Any] | NDArray[np.float64]
 
 
 class StateName(NamedTuple):
-    """A state by name, with its unit in SI; true for an angle that grows without limit while the motor slips."""
+    """A state by name, with its unit in SI; `turns`: an angle that grows without limit while the motor slips.
+
+    `in_graph` is its place in the motor's part of a bond graph, if there is one: a flow "f" of a 1-junction or a
+    displacement "q" of a spring, its name, and the factor by which the state is larger.
+    """
 
     name: str
     unit: str
     turns: bool = False
-
-
-class GraphState(NamedTuple):
-    """Place of a state in the motor's part of a bond graph: a flow "f" of a 1-junction or a displacement "q" of a spring.
-
-    The state is `factor` times that.
-    """
-
-    kind: str
-    name: str
-    factor: float = 1.0
+    in_graph: tuple[str, str, float] | None = None
 
 
 class Slopes(NamedTuple):
@@ -160,14 +154,12 @@ class Slopes(NamedTuple):
 class Circuit(ABC):
     """A motor whose torque depends on its own n states x: T(omega, x), dx/dt = f(omega, x), omega the speed of its shaft.
 
-    `names` are its states, `scales` their sizes, by which errors are measured; `in_graph` is where the motor's part of a
-    bond graph has them, empty if there is no such part. `only_speed` is the one speed (rad/s) at which its states can be
-    steady under load, as of a synchronous motor; None if they can at any.
+    `names` are its states, `scales` their sizes, by which errors are measured. `only_speed` is the one speed (rad/s) at
+    which its states can be steady under load, as of a synchronous motor; None if they can at any.
     """
 
     names: tuple[StateName, ...]
     scales: tuple[float, ...]
-    in_graph: tuple[GraphState, ...] = ()
     only_speed: float | None = None
     greatest_torque: float = math.inf  # N m, that it gives at that speed
 

@@ -19,7 +19,6 @@ from flywheel.components.motors.motor import (
     Array,
     Circuit,
     Fact,
-    GraphState,
     Inverter,
     Motor,
     Point,
@@ -397,14 +396,12 @@ class LoadAngle(Circuit):
     [2.0]
     """
 
-    in_graph: tuple[GraphState, ...]
-
     def __init__(self, motor: Synchronous) -> None:
         self.motor, self.only_speed, self.greatest_torque = motor, motor.synchronous_speed, motor.pull_out_torque
-        self.names, self.scales = (StateName("load_angle", "rad", turns=True),), (1.0,)
-        self.in_graph = (GraphState("q", "load_angle", motor.pole_pairs),)
+        spring = "q", "load_angle", float(motor.pole_pairs)
+        self.names, self.scales = (StateName("load_angle", "rad", turns=True, in_graph=spring),), (1.0,)
         if motor.field_at is not None:
-            self.names, self.scales, self.in_graph = (*self.names, StateName("field", "1")), (1.0, 1.0), ()
+            self.names, self.scales = (*self.names, StateName("field", "1")), (1.0, 1.0)
 
     def turning(self, omega: Any, states: States) -> tuple[Any, Any]:
         """The speed of the field, rad/s, and the torque of the damper winding, N m."""
@@ -497,7 +494,7 @@ class RampedLoadAngle(LoadAngle):
     def __init__(self, motor: Synchronous) -> None:
         super().__init__(motor)
         assert motor.inverter is not None
-        self.ramp, self.in_graph = motor.inverter.rising, ()
+        self.ramp = motor.inverter.rising
         self.names, self.scales = (*self.names, StateName("frequency_share", "1")), (1.0, 1.0)
 
     def turning(self, omega: Any, states: States) -> tuple[Any, Any]:
