@@ -19,7 +19,7 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.motions.single_stroke import SingleStroke, single_stroke
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.pictures import diagrams, drives, sketch
+from flywheel.pictures import diagrams, forms, sketch
 from flywheel.pictures.diagrams import DIAGRAMS, QUANTITIES
 from flywheel.pictures.forms import MOVING, RESTING, Axis, Diagram, part_of
 from flywheel.scene.linkage import FRAME
@@ -76,7 +76,7 @@ def answer(
     with np.errstate(all="ignore"):
         count = RESTING if rest else MOVING
         if stroke is not None:
-            part = drives.part_of_stroke(stroke, count, view, rest=rest)
+            part = forms.part_of_stroke(stroke, count, view, rest=rest)
         else:
             part = part_of(scene, machine, sizing, count, view, rest=rest)
         forces = diagrams.forces_of(part) if "reactions" in names or view.get("kind") == QUANTITIES[3] else ""

@@ -100,7 +100,9 @@ class Draft:
                 return self.outline
             if place is not None and place[-1] == "type":
                 return self._of_type(place, value)
-            return with_value(self.outline, _present(place), written_as(field, value, self._snippet(place)))
+            if place is None:
+                raise EditError("a place that is none")
+            return with_value(self.outline, place, written_as(field, value, self._snippet(place)))
         more = self.addition(path)
         new = self._new_place(path)
         if field is not None:
@@ -180,12 +182,6 @@ def _faults_within(changed: Outline, above: KeyPath) -> int:
     except SceneError as error:
         return sum(fault.path == where or fault.path.startswith((f"{where}.", f"{where}[")) for fault in error.faults)
     return 0
-
-
-def _present(place: KeyPath | None) -> KeyPath:
-    if place is None:
-        raise EditError("a place that is none")
-    return place
 
 
 # -- what is typed, in TOML ----------------------------------------------------------------------------------------------

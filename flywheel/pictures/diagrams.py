@@ -18,7 +18,7 @@ from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import has_joints
 from flywheel.numerics.faults import SceneError
-from flywheel.pictures import drives, forms, noun, written
+from flywheel.pictures import forms, noun, written
 from flywheel.pictures.forms import (
     Band,
     Diagram,
@@ -714,7 +714,7 @@ _PARTS = {"": ("blue", "-", 2.0), "x": ("blue", "-", 2.0), "y": ("vermillion", "
 
 def _motion(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """Position, velocity or acceleration of the selected part, or the reaction of a joint, against the driver."""
-    from flywheel.motions.curves import POINT, Moving
+    from flywheel.motions.kinematics import POINT, Moving
 
     scene = part.scene
     if scene.areas is not None:
@@ -882,11 +882,11 @@ DIAGRAMS: dict[str, DiagramKind] = {
     "inertia": DiagramKind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
     "wittenbauer": DiagramKind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
     "speed": DiagramKind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
-    "servo": DiagramKind(lambda: _("Area of the servo drive"), drives.servo_diagram, 0, ("servo",), drives.has_servo),
+    "servo": DiagramKind(lambda: _("Area of the servo drive"), forms.servo_diagram, 0, ("servo",), forms.has_servo),
     "power_flow": DiagramKind(lambda: _("Power flow"), _power_flow),
     "motion": DiagramKind(lambda: _("Motion"), _motion),
     "reactions": DiagramKind(lambda: _("Reactions in the joints"), _reactions),
-    "single_stroke": DiagramKind(lambda: _("One stroke over time"), drives.stroke_diagram),
+    "single_stroke": DiagramKind(lambda: _("One stroke over time"), forms.stroke_diagram),
 }
 """Every diagram of a scene, in the order of the live page."""
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from flywheel import pictures
 from flywheel.language import text as _
-from flywheel.pictures import drives, figures, written
+from flywheel.pictures import figures, forms, written
 from flywheel.pictures.diagrams import (
     DIAGRAMS,
     MOST_AREAS,
@@ -94,8 +94,8 @@ def _draw_sizing(sizing: Sizing) -> Figure:
 
 def _draw_stroke(result: SingleStroke) -> Figure:
     """The figure of a period of a machine that works stroke by stroke, its panels below one another."""
-    part = drives.part_of_stroke(result)
-    made = [drives.stroke_diagram(part), *([drives.servo_diagram(part)] if drives.has_servo(part.scene) else [])]
+    part = forms.part_of_stroke(result)
+    made = [forms.stroke_diagram(part), *([forms.servo_diagram(part)] if forms.has_servo(part.scene) else [])]
     rows = [(each, row) for each in made if isinstance(each, Diagram) for row in each.rows]
     heights = [row.height for _diagram, row in rows]
     sheet = figures.figure(10.0, sum(heights), " ".join(printable(result.scene.title or "").split()), apart=0.1)
@@ -113,7 +113,7 @@ def _draw_stroke(result: SingleStroke) -> Figure:
 def stroke_svg(result: SingleStroke) -> str:
     """The picture of a period of a machine that works stroke by stroke, as an SVG element."""
     with rc_context(STYLE):
-        rows = drives.stroke_diagram(drives.part_of_stroke(result))
+        rows = forms.stroke_diagram(forms.part_of_stroke(result))
         assert isinstance(rows, Diagram)
         return figures.svg(_draw_stroke(result), "single_stroke", rows.title, rows.about)
 

@@ -713,25 +713,19 @@ def _starts(loops: Loops) -> Array:
     guesses, guessed = _guesses(loops), z[: max(count // 4, 1)]
     for table, guess_values in ((z, ()), (guessed, tuple(guesses))):
         guessed[:, list(guesses)] = list(guesses.values())
-        _relate(loops, table, guess_values)
+        # onto every gear and rolling pair, by the variable that has to turn most, and is not given: a pinion may have to
+        # turn many times for its rack's travel, and no bounded step would take it there
+        for relation in loops.relations:
+            if relation.lift is not None:
+                continue
+            line = relation.second.weights - relation.ratio * relation.first.weights
+            rest = relation.second.constant - relation.ratio * relation.first.constant - relation.phase
+            tied = [int(k) for k in np.flatnonzero(line[1:]) + 1]
+            moved = [k for k in tied if k not in guess_values] or tied
+            if moved:
+                k = min(moved, key=lambda column: abs(float(line[column])))
+                table[:, k] -= (table @ line + rest) / line[k]
     return z
-
-
-def _relate(loops: Loops, z: Array, joints: tuple[int, ...]) -> None:
-    """Puts starting points onto every gear and rolling pair, by the variable that has to turn most, and is not given.
-
-    A pinion may have to turn many times for its rack's travel, and no bounded step would take it there.
-    """
-    for relation in loops.relations:
-        if relation.lift is not None:
-            continue
-        line = relation.second.weights - relation.ratio * relation.first.weights
-        rest = relation.second.constant - relation.ratio * relation.first.constant - relation.phase
-        tied = [int(k) for k in np.flatnonzero(line[1:]) + 1]
-        moved = [k for k in tied if k not in joints] or tied
-        if moved:
-            k = min(moved, key=lambda column: abs(float(line[column])))
-            z[:, k] -= (z @ line + rest) / line[k]
 
 
 def _guesses(loops: Loops) -> dict[int, float]:
