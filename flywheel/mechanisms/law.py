@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,26 +26,12 @@ Array = NDArray[np.float64]
 _KEPT_LAWS = 64  # whose pieces are kept
 
 
-class PositionCurve(Protocol):
-    """A position against an angle in [0, period), smooth between its breakpoints."""
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Angles (rad) in [0, period) where another formula begins or a cell must end."""
-        ...
-
-    @property
-    def switches(self) -> tuple[float, ...]:
-        """Breakpoints at which another formula begins, and 0."""
-        ...
-
-    def jet(self, phi: Any, anchor: Any, ns: Any) -> Jet:
-        """Position with its two derivatives at phi, by the formula that holds at the anchor (floats)."""
-        ...
-
-
 class FormulaCurve(NamedTuple):
-    """A position by an expression of phi and the scene's parameters (SI)."""
+    """A position by an expression of phi and the scene's parameters (SI), smooth between its breakpoints.
+
+    Breakpoints are angles (rad) in [0, period) where another formula begins or a cell must end; switches are those at which
+    another formula begins, and 0.
+    """
 
     expression: Expression
     parameters: Mapping[str, float]
@@ -95,6 +81,10 @@ class SplineCurve(ArrayRecord):
         step = phi - self.knots[span]
         value = ((c3 * step + c2) * step + c1) * step + c0
         return Jet(value, (3 * c3 * step + 2 * c2) * step + c1, 6 * c3 * step + 2 * c2)
+
+
+PositionCurve = FormulaCurve | SplineCurve
+"""A position against an angle in [0, period), smooth between its breakpoints."""
 
 
 def spline_curve(table: Table, period: float) -> SplineCurve:

@@ -72,14 +72,10 @@ class _Leaf(NamedTuple):
     down: bool
 
 
-class _Trunk(NamedTuple):
-    """Trunk of the picture: its source, its stations (name, and streams there), and its end; W positive to the right."""
-
-    start: Entry | None
-    stations: tuple[tuple[str, tuple[_Leaf, ...]], ...]
-    end: Entry | None
-    begins: float
-    ends: float
+_Stations = tuple[tuple[str, tuple[_Leaf, ...]], ...]
+"""Stations of the trunk: the name of each, and the streams there."""
+_Trunk = tuple[Entry, _Stations, Entry | None, float]
+"""Trunk of the picture: its source, its stations, its end, and the power at its beginning (W), positive to the right."""
 
 
 def plot(flow: PowerFlow, path: str | Path, *, at: float | None = None) -> None:
@@ -101,13 +97,13 @@ def panel(flow: PowerFlow, *, at: float | None = None, form: str = "screen", nam
 def draw(flow: PowerFlow, at: float | None = None, *, titled: bool = True) -> Picture:
     """The Sankey diagram over the mean, or at a crank angle (rad), as a figure of matplotlib."""
     every = entries(flow, at)
-    trunk, whole = _trunk(flow, every), input_power(flow, every)
+    whole = input_power(flow, every)
     with rc_context(STYLE):
-        if not whole > _NO_STREAM * flow.scale or trunk is None:
+        if not whole > _NO_STREAM * flow.scale or not every:
             sheet = _PowerSheet()
             sheet.text(0.0, 0.0, _("No power flows."), ha="center", va="center", fontsize=11)
             return sheet.figure(_title(flow, at) if titled else "")
-        return _Drawing(flow, trunk, whole).figure(_title(flow, at) if titled else "")
+        return _Drawing(flow, _trunk_of(flow, every), whole).figure(_title(flow, at) if titled else "")
 
 
 def _title(flow: PowerFlow, at: float | None) -> str:
@@ -121,7 +117,7 @@ def _title(flow: PowerFlow, at: float | None) -> str:
 # -- which stream goes where ---------------------------------------------------------------------------------------------
 
 
-def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
+def _trunk_of(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk:
     """The trunk through the shafts from the greatest input to the greatest output, of the mean, and its branches."""
     ends = [entry for entry in every if entry.stream.kind in ("input", "drive", "load")]
     electric = any(entry.stream.kind == "input" for entry in ends)
@@ -161,8 +157,7 @@ def _trunk(flow: PowerFlow, every: Sequence[Entry]) -> _Trunk | None:
             if lost:
                 stations.append(("", tuple(_leaf(flow, entry) for entry in lost)))
     begins = start.power if gives(flow, means.get(start, start)) or start.stream.kind != "load" else -start.power
-    last_power = 0.0 if end is None else end.power
-    return _Trunk(start, tuple(stations), end, begins, last_power)
+    return start, tuple(stations), end, begins
 
 
 def _shaft_of(flow: PowerFlow, entry: Entry) -> str:
@@ -222,9 +217,10 @@ class _Drawing:
     """A trunk being drawn from the left to the right, in inches."""
 
     def __init__(self, flow: PowerFlow, trunk: _Trunk, whole: float) -> None:
-        self.flow, self.trunk, self.whole = flow, trunk, whole
-        powers, leaves = [trunk.begins], []
-        for k, (_name, joining) in enumerate(trunk.stations):
+        self.flow, self.whole = flow, whole
+        self.source, self.stations, self.sink, begins = trunk
+        powers, leaves = [begins], []
+        for k, (_name, joining) in enumerate(self.stations):
             for leaf in _ordered(joining, powers[-1]):
                 leaves.append((k, leaf))
                 powers.append(powers[-1] - leaf.power)
@@ -256,7 +252,7 @@ class _Drawing:
         sheet, x, sides = _PowerSheet(), 0.0, {True: _TrunkSide(levels), False: _TrunkSide(levels)}
         bands: list[tuple[float, float, float, float, float]] = []  # of the trunk: x, x, lower and upper edge, power
         power, edges = self.begins
-        for k, (name, _leaves) in enumerate(self.trunk.stations):
+        for k, (name, _leaves) in enumerate(self.stations):
             steps = [step for step in self.steps if step.station == k]
             words = f"{name}\n{_power(abs(power))}"
             long = max(_SEGMENT, _LETTER * max(map(len, words.split("\n"))) + 0.3) if name else 0.0
@@ -367,18 +363,17 @@ class _Drawing:
 
     def _ends(self, sheet: _PowerSheet, x: float, power: float, edges: tuple[float, float]) -> None:
         """The two ends of the trunk with their names."""
-        trunk, (first, (low, high)) = self.trunk, self.begins
-        if trunk.start is not None:
-            label = self._label(trunk.start, trunk.start.power)
-            backwards = first < 0.0
-            if self.width(first):
-                sheet.end(0.0, low, high, -1.0, backwards, PURPLE if backwards else BLUE)
-            away = 0.12 + (_head(high - low) if backwards else _notch(high - low))
-            sheet.text(-away, 0.5 * (low + high), label, ha="right", va="center", fontsize=9.5)
-        if trunk.end is not None:
+        first, (low, high) = self.begins
+        label = self._label(self.source, self.source.power)
+        backwards = first < 0.0
+        if self.width(first):
+            sheet.end(0.0, low, high, -1.0, backwards, PURPLE if backwards else BLUE)
+        away = 0.12 + (_head(high - low) if backwards else _notch(high - low))
+        sheet.text(-away, 0.5 * (low + high), label, ha="right", va="center", fontsize=9.5)
+        if self.sink is not None:
             low, high = edges
-            label = self._label(trunk.end, trunk.end.power)
-            colour = VERMILLION if trunk.end.stream.lost else GREEN
+            label = self._label(self.sink, self.sink.power)
+            colour = VERMILLION if self.sink.stream.lost else GREEN
             if self.width(power):
                 sheet.end(x, low, high, 1.0, power > 0.0, colour if power > 0.0 else PURPLE)
             sheet.text(x + _head(high - low) + 0.12, 0.5 * (low + high), label, ha="left", va="center", fontsize=9.5)
