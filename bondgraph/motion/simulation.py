@@ -756,7 +756,7 @@ def _error(run: Run, other: Run, sizes: Mapping[str, float]) -> float:
 def _check_count(method: str, step: float, until: float, budget: int) -> None:
     """Refuses equal steps, with the shorter ones that they are compared with, of more evaluations than are allowed."""
     most = sum(math.ceil(until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
-    needed = most * len(FIXED[method].nodes)
+    needed = most * len(FIXED[method][0])
     if needed > budget:
         raise GraphError(
             f"steps of {step:g} s for {until:g} s, and the shorter ones that they are compared with, take {needed} "

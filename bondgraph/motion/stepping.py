@@ -91,18 +91,12 @@ def owners(stretches: Sequence[Step], times: Array) -> Indices:
     return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
 
-class Tableau(NamedTuple):
-    """An explicit Runge-Kutta method: stage times, stage weights, weights of the step."""
-
-    nodes: tuple[float, ...]
-    stages: tuple[tuple[float, ...], ...]
-    weights: tuple[float, ...]
-
-
+Tableau = tuple[tuple[float, ...], tuple[tuple[float, ...], ...], tuple[float, ...]]
+"""An explicit Runge-Kutta method: stage times, stage weights, weights of the step."""
 FIXED: Mapping[str, Tableau] = {
-    "euler": Tableau((0.0,), ((),), (1.0,)),
-    "rk2": Tableau((0.0, 1.0), ((), (1.0,)), (0.5, 0.5)),  # the trapezoidal form, Heun's
-    "rk4": Tableau((0.0, 0.5, 0.5, 1.0), ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), (1 / 6, 1 / 3, 1 / 3, 1 / 6)),
+    "euler": ((0.0,), ((),), (1.0,)),
+    "rk2": ((0.0, 1.0), ((), (1.0,)), (0.5, 0.5)),  # the trapezoidal form, Heun's
+    "rk4": ((0.0, 0.5, 0.5, 1.0), ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), (1 / 6, 1 / 3, 1 / 3, 1 / 6)),
 }
 
 
@@ -224,7 +218,7 @@ def fixed(method: str, rates: Rates, t: float, state: Array, until: float, step:
                 f"the motion cannot be followed past t = {start:.9g} s: it is not finite; take shorter steps, or a "
                 "method for stiff equations that chooses its own (LSODA, Radau)"
             )
-        ends = ((after - state) / (end - start),) * 2 if len(tableau.nodes) == 1 else (rate, rate_after)  # a line of Euler's
+        ends = ((after - state) / (end - start),) * 2 if len(tableau[0]) == 1 else (rate, rate_after)  # a line of Euler's
         yield Step(hermite(float(start), float(end), state, after, *ends), float(start), float(end), after=after)
         state, rate = after, rate_after
 
@@ -292,11 +286,12 @@ def runge_kutta_step(tableau: Tableau, field: Field, t: float, state: Array, ste
     >>> runge_kutta_step(FIXED["rk4"], lambda t, y: y, 0.0, np.ones(1), 1.0, np.ones(1))[0] == 1 + 1 + 1/2 + 1/6 + 1/24
     np.True_
     """
+    (_, *nodes), (_, *stages), weights = tableau
     slopes = [rate]
-    for node, weights in zip(tableau.nodes[1:], tableau.stages[1:], strict=True):
-        between = sum((w * k for w, k in zip(weights, slopes, strict=True)), start=np.zeros_like(state))
+    for node, before in zip(nodes, stages, strict=True):
+        between = sum((w * k for w, k in zip(before, slopes, strict=True)), start=np.zeros_like(state))
         slopes.append(field(t + node * step, state + step * between))
-    total = sum((w * k for w, k in zip(tableau.weights, slopes, strict=True)), start=np.zeros_like(state))
+    total = sum((w * k for w, k in zip(weights, slopes, strict=True)), start=np.zeros_like(state))
     return np.asarray(state + step * total)
 
 

@@ -785,7 +785,8 @@ class Machine:
             rotating = {velocity.name: velocity.rotating for velocity in family.velocities}
             for name, port in family.ports.items():
                 junction = f"{mechanism.name}.{port.velocity}"
-                place = EffortPlace(junction, _displaced(port.position), rate, mechanism.phase, rotating[port.velocity])
+                displacement = partial(lambda position, here: position(here.position), port.position)
+                place = EffortPlace(junction, displacement, rate, mechanism.phase, rotating[port.velocity])
                 yield f"{mechanism.name}.{name}", place
 
     def motion_of(self, place: str) -> Motion:
@@ -857,10 +858,6 @@ def _junction(mechanism: Mechanism, velocity: str) -> str:
 
 def _turned(ratio: float, origin: float = 0.0) -> Callable[[Here], Any]:
     return lambda here: ratio * (here.q + origin) if origin else ratio * here.q
-
-
-def _displaced(position: Callable[[Any], Any]) -> Callable[[Here], Any]:
-    return lambda here: position(here.position)
 
 
 def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:

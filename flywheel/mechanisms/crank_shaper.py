@@ -164,7 +164,7 @@ def skeleton(mechanism: Mechanism, position: ShaperPosition) -> f.Skeleton:
         f.Slide("ram_slot", "ram", "rocker_pin", at=rocker * position.rocker_cos),
         f.Slide("guide", "frame", "ram", pi / 2, position.ram),
     )
-    return f.Skeleton(members, joints)
+    return members, joints, ()
 
 
 def derivation(made: f.Derivation) -> None:

@@ -172,16 +172,13 @@ class Slide(NamedTuple):
     at: Any = None
 
 
-class Skeleton(NamedTuple):
-    """Members and joints of a mechanism, from which reactions, friction, bodies in motion and pictures are computed.
+_Corner = tuple[str, str]
+Skeleton = tuple[dict[str, Member], tuple[Pin | Slide, ...], tuple[tuple[_Corner, _Corner, _Corner, int], ...]]
+"""Members, joints and sides of a mechanism, from which reactions, friction, bodies in motion and pictures are computed.
 
-    The first member is the frame, the first joint drives. A joint has the name of its place in both members. Each side
-    is a point (member, place), then two more on a line, and +1 if the first lies left of it, -1 if it lies right.
-    """
-
-    members: Mapping[str, Member]
-    joints: tuple[Pin | Slide, ...]
-    sides: tuple[tuple[tuple[str, str], tuple[str, str], tuple[str, str], int], ...] = ()
+The first member is the frame, the first joint drives. A joint has the name of its place in both members. Each side is a
+point (member, place), then two more on a line, and +1 if the first lies left of it, -1 if it lies right.
+"""
 
 
 ONE = ""

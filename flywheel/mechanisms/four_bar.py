@@ -245,7 +245,7 @@ def skeleton(mechanism: Mechanism, position: FourBarPosition) -> f.Skeleton:
         f.Pin("rocker_pivot", "frame", "rocker"),
     )
     side = ("coupler", "rocker_pin"), ("crank", "crank_pin"), ("frame", "rocker_pivot"), bars.side
-    return f.Skeleton(members, joints, (side,))
+    return members, joints, (side,)
 
 
 def derivation(made: f.Derivation) -> None:

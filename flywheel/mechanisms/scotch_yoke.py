@@ -65,7 +65,7 @@ def skeleton(mechanism: Mechanism, position: YokePosition) -> f.Skeleton:
         f.Slide("slot", "yoke", "block", direction + pi / 2, radius * sin(position.psi - direction)),
         f.Slide("guide", "frame", "yoke", direction, position.yoke),
     )
-    return f.Skeleton(members, joints)
+    return members, joints, ()
 
 
 def derivation(made: f.Derivation) -> None:

@@ -157,7 +157,7 @@ def skeleton(mechanism: Mechanism, position: SliderPosition) -> f.Skeleton:
         f.Pin("slider_pin", "rod", "slider"),
         f.Slide("guide", "frame", "slider", at=position.slider),
     )
-    return f.Skeleton(members, joints)
+    return members, joints, ()
 
 
 def derivation(made: f.Derivation) -> None:

@@ -348,7 +348,7 @@ def skeleton(mechanism: Mechanism, position: TogglePosition) -> f.Skeleton:
         f.Slide("platen_guide", "frame", "platen", at=position.platen),
     )
     side = ("bell_crank", "coupler_pin"), ("frame", "pivot"), ("block", "block_pin"), lengths.side
-    return f.Skeleton(members, joints, (side,))
+    return members, joints, (side,)
 
 
 def derivation(made: f.Derivation) -> None:

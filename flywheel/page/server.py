@@ -361,10 +361,6 @@ class Reply(NamedTuple):
     name: str = ""
 
 
-class InvitedError(Exception):
-    """A browser that was opened with an invitation, and is redirected to the page."""
-
-
 _ELSEWHERE = "Each run of flywheel open has an address of its own: open the one that it has printed.\n"
 
 
@@ -547,8 +543,6 @@ class _Handler(BaseHTTPRequestHandler):
         """Sends the answer of a call or the reason of its failure, never a traceback."""
         try:
             reply = answer()
-        except InvitedError:
-            reply = Reply(b"", "txt", HTTPStatus.SEE_OTHER)
         except RefusedError as refused:
             words = _ELSEWHERE if refused.status is HTTPStatus.NOT_FOUND else ""
             reply = Reply(f"{refused.status.value} {refused.status.phrase}\n{words}".encode(), "txt", refused.status)
@@ -608,7 +602,7 @@ class _Handler(BaseHTTPRequestHandler):
         secret, slash, below = address.removeprefix("/").partition("/")
         if not hmac.compare_digest(secret.encode(), self.server.secret.encode()) or not slash:
             if self.command == "GET" and slash and not below and self.server.invited(secret):
-                raise InvitedError
+                raise RefusedError(HTTPStatus.SEE_OTHER)  # to the page
             raise RefusedError(HTTPStatus.NOT_FOUND)
         origins, site = self.headers.get_all("Origin") or [], self.headers.get("Sec-Fetch-Site", "same-origin")
         opened = self.command == "GET" and not below and self.headers.get("Sec-Fetch-Mode") == "navigate"

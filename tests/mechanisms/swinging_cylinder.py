@@ -48,7 +48,7 @@ def skeleton(mechanism: Mechanism, position: CylinderPosition) -> f.Skeleton:
         "cylinder": f.Member({"bore": f.HERE, "trunnion": f.HERE}, position.cylinder),
     }
     pins = f.Pin("pivot", "frame", "crank"), f.Pin("pin", "crank", "rod"), f.Pin("trunnion", "frame", "cylinder")
-    return f.Skeleton(members, (*pins, f.Slide("bore", "cylinder", "rod", pi, position.rod)))
+    return members, (*pins, f.Slide("bore", "cylinder", "rod", pi, position.rod)), ()
 
 
 FRAME = f.Part("frame", "the frame", (length("crank's pivot to trunnion, along +x"),))
