@@ -28,9 +28,6 @@ class Kinds(Mapping[str, "Kind"]):
             self.homes[name] = home = import_module(f"flywheel.mechanisms.{home}").KIND
         return home
 
-    def __contains__(self, name: object) -> bool:
-        return name in self.homes
-
     def __iter__(self) -> Iterator[str]:
         return iter(self.homes)
 

@@ -714,7 +714,7 @@ _PARTS = {"": ("blue", "-", 2.0), "x": ("blue", "-", 2.0), "y": ("vermillion", "
 
 def _motion(part: DiagramData, forces: JointForces | str) -> Diagram | str:
     """Position, velocity or acceleration of the selected part, or the reaction of a joint, against the driver."""
-    from flywheel.motions.kinematics import POINT, Moving
+    from flywheel.motions.curves import POINT, Moving
 
     scene = part.scene
     if scene.areas is not None:

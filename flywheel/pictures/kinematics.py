@@ -24,8 +24,9 @@ from flywheel.language import message
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
+from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve, Moving
 from flywheel.motions.driver import TIME
-from flywheel.motions.kinematics import ANGLE, POINT, WAY, Kinematics, MotionCurve, Moving, motion
+from flywheel.motions.kinematics import Kinematics, motion
 from flywheel.motions.motion import Samples, Transient, sampled
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import figures, noun, written

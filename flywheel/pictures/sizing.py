@@ -64,13 +64,13 @@ def plot(result: Sizing | SingleStroke, path: str | Path) -> None:
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """
-    with rc_context(STYLE):
-        figures.save(draw(result), path)
+    figures.save(draw(result), path)
 
 
 def draw(result: Sizing | SingleStroke) -> Figure:
     """The figure with its panels, not yet written anywhere."""
-    return _draw_sizing(result) if isinstance(result, Sizing) else _draw_stroke(result)
+    with rc_context(STYLE):
+        return _draw_sizing(result) if isinstance(result, Sizing) else _draw_stroke(result)
 
 
 def _draw_sizing(sizing: Sizing) -> Figure:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve
 from flywheel.motions.driver import DRIVER
-from flywheel.motions.kinematics import ANGLE, POINT, WAY, CurveExtreme, Kinematics, MotionCurve
+from flywheel.motions.kinematics import CurveExtreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.motion import Peak, Samples, Transient, sampled
 from flywheel.motions.motion import evenly as instants

@@ -19,8 +19,9 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
+from flywheel.motions.curves import POINT, MotionCurve
 from flywheel.motions.joint_forces import DRIVING, CurveAxis, ForceCurve, JointForces, axis, figures_of, force_curves
-from flywheel.motions.kinematics import POINT, MotionCurve, motion
+from flywheel.motions.kinematics import motion
 from flywheel.motions.kinetic_energy import stored_energy
 from flywheel.motions.motion import DRIVER, TIME
 from flywheel.numerics.faults import Fault, SceneError

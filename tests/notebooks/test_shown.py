@@ -79,7 +79,7 @@ def test_figures_are_the_contract_with_errors_and_make_a_table(shown):
 
 
 def test_what_cannot_be_shown_is_no_error(scene, shown, monkeypatch):
-    monkeypatch.setattr("flywheel.pictures.notebooks.table", lambda *_: 1 / 0)
+    monkeypatch.setattr("flywheel.notebooks.table", lambda *_: 1 / 0)
     assert scene._repr_html_() is None
     assert notebook.html(object()) is None
 
