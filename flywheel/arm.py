@@ -48,21 +48,9 @@ if TYPE_CHECKING:
     import sympy as sp  # type: ignore[import-untyped]
 
 __all__ = [
-    "ArmMotion",
-    "Bar",
-    "LagrangeEquations",
-    "Reactions",
-    "TwoLinkArm",
-    "accelerations",
-    "driving_torques",
-    "energy",
-    "lagrange_equations",
-    "mass_matrix",
-    "reactions",
-    "rest",
-    "simulate_arm",
-    "slender",
-]
+    "ArmMotion", "Bar", "LagrangeEquations", "Reactions", "TwoLinkArm", "accelerations", "driving_torques", "energy",
+    "lagrange_equations", "mass_matrix", "reactions", "rest", "simulate_arm", "slender",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

@@ -72,21 +72,9 @@ from flywheel.numerics.faults import (
 from flywheel.scene.linkage import FIXED, PIN, Joint, Linkage
 
 __all__ = [
-    "LagrangeEquations",
-    "Law",
-    "Positions",
-    "Run",
-    "Spring",
-    "Strut",
-    "accelerations",
-    "driving_actions",
-    "energy",
-    "equations",
-    "mass_matrix",
-    "positions",
-    "reactions",
-    "simulate",
-]
+    "LagrangeEquations", "Law", "Positions", "Run", "Spring", "Strut", "accelerations", "driving_actions", "energy",
+    "equations", "mass_matrix", "positions", "reactions", "simulate",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Gravity = tuple[float, float] | None

@@ -22,17 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, array, brief, number_faults, refuse, require
 
 __all__ = [
-    "Equivalent",
-    "Residual",
-    "compare",
-    "conjugate",
-    "correction_couple",
-    "equivalent_masses",
-    "four_masses",
-    "ten_masses",
-    "three_masses",
-    "two_masses",
-]
+    "Equivalent", "Residual", "compare", "conjugate", "correction_couple", "equivalent_masses", "four_masses",
+    "ten_masses", "three_masses", "two_masses",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

@@ -20,20 +20,7 @@ from flywheel.components.press_work import (
 )
 
 __all__ = [
-    "BandBrake",
-    "Engagement",
-    "PressCycle",
-    "SingleStroke",
-    "band_brake",
-    "busy_time",
-    "cutting_energy",
-    "engage",
-    "inertia_for_single_stroke",
-    "press_at",
-    "press_cycle",
-    "press_of",
-    "safety_distance",
-    "shearing_force",
-    "single_stroke",
-    "stroke_energy",
-]
+    "BandBrake", "Engagement", "PressCycle", "SingleStroke", "band_brake", "busy_time", "cutting_energy", "engage",
+    "inertia_for_single_stroke", "press_at", "press_cycle", "press_of", "safety_distance", "shearing_force",
+    "single_stroke", "stroke_energy",
+]  # fmt: skip

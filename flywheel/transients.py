@@ -5,15 +5,6 @@ from flywheel.motions.simulation import Regime
 from flywheel.motions.transients import run_down, run_up, transient
 
 __all__ = [
-    "Energy",
-    "Peak",
-    "Peaks",
-    "Regime",
-    "Samples",
-    "Transient",
-    "run_down",
-    "run_up",
-    "sampled",
-    "time_along",
+    "Energy", "Peak", "Peaks", "Regime", "Samples", "Transient", "run_down", "run_up", "sampled", "time_along",
     "transient",
-]
+]  # fmt: skip

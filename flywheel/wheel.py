@@ -18,25 +18,6 @@ from flywheel.components.wheels import (
 )
 
 __all__ = [
-    "ARMS",
-    "DISC",
-    "LIGHTEST",
-    "RIM",
-    "WHEEL_SHAPES",
-    "Arms",
-    "Body",
-    "Hub",
-    "Material",
-    "Need",
-    "Part",
-    "Radius",
-    "Wheel",
-    "WheelAsked",
-    "choose",
-    "inertia",
-    "least_mass",
-    "rounded",
-    "rounded_down",
-    "rounded_up",
-    "stress",
-]
+    "ARMS", "DISC", "LIGHTEST", "RIM", "WHEEL_SHAPES", "Arms", "Body", "Hub", "Material", "Need", "Part", "Radius",
+    "Wheel", "WheelAsked", "choose", "inertia", "least_mass", "rounded", "rounded_down", "rounded_up", "stress",
+]  # fmt: skip

@@ -22,17 +22,8 @@ from types import MappingProxyType
 from typing import Any
 
 __all__ = [
-    "DECIMAL_MARKS",
-    "LANGUAGES",
-    "catalogue",
-    "current",
-    "entries",
-    "message",
-    "number",
-    "text",
-    "untranslated",
-    "use",
-]
+    "DECIMAL_MARKS", "LANGUAGES", "catalogue", "current", "entries", "message", "number", "text", "untranslated", "use",
+]  # fmt: skip
 
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Español"})
 """The available languages, each by its own name."""

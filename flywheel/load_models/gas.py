@@ -15,15 +15,6 @@ from flywheel.components.load_models import (
 )
 
 __all__ = [
-    "ATMOSPHERE",
-    "Compression",
-    "Indicator",
-    "Space",
-    "compressor_work",
-    "cylinder_pressure",
-    "gas_force",
-    "indicated_pressure",
-    "indicated_work",
-    "piston_area",
-    "volumetric_efficiency",
-]
+    "ATMOSPHERE", "Compression", "Indicator", "Space", "compressor_work", "cylinder_pressure", "gas_force",
+    "indicated_pressure", "indicated_work", "piston_area", "volumetric_efficiency",
+]  # fmt: skip

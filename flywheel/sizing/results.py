@@ -33,18 +33,9 @@ if TYPE_CHECKING:
     from flywheel.regime.periodic_motion import OwnMotion
 
 __all__ = [
-    "Area",
-    "Balance",
-    "Confirmation",
-    "Errors",
-    "Flywheel",
-    "Limit",
-    "ReducedInertia",
-    "SelectedWheel",
-    "Sizing",
-    "Sizings",
-    "Stability",
-]
+    "Area", "Balance", "Confirmation", "Errors", "Flywheel", "Limit", "ReducedInertia", "SelectedWheel", "Sizing",
+    "Sizings", "Stability",
+]  # fmt: skip
 
 Estimate = float | None | dict[str, float | None]
 

@@ -15,23 +15,6 @@ from flywheel.mechanisms.linkages.positions import Solution, Tangent, follow, pl
 from flywheel.scene.linkage import Coupling, Driver, Joint, Lift, Link, Linkage, Point, Side
 
 __all__ = [
-    "Coupling",
-    "Driver",
-    "Joint",
-    "Lift",
-    "Link",
-    "Linkage",
-    "Point",
-    "Poses",
-    "Side",
-    "Solution",
-    "Tangent",
-    "Track",
-    "follow",
-    "gruebler",
-    "kutzbach",
-    "placed",
-    "solve",
-    "solve_over",
-    "tangent",
-]
+    "Coupling", "Driver", "Joint", "Lift", "Link", "Linkage", "Point", "Poses", "Side", "Solution", "Tangent", "Track",
+    "follow", "gruebler", "kutzbach", "placed", "solve", "solve_over", "tangent",
+]  # fmt: skip

@@ -62,18 +62,9 @@ from flywheel.numerics.faults import (
 from flywheel.scene.linkage import Linkage
 
 __all__ = [
-    "COMPONENTS",
-    "ENERGY",
-    "MULTIPLIERS",
-    "NEWTON",
-    "REDUCED",
-    "ROUTES",
-    "Law",
-    "Run",
-    "Wrench",
-    "components",
+    "COMPONENTS", "ENERGY", "MULTIPLIERS", "NEWTON", "REDUCED", "ROUTES", "Law", "Run", "Wrench", "components",
     "simulate",
-]
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

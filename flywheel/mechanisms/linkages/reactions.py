@@ -51,20 +51,9 @@ if TYPE_CHECKING:
     from flywheel.mechanisms.linkages.positions import Solution
 
 __all__ = [
-    "Effort",
-    "Extreme",
-    "Force",
-    "Friction",
-    "Load",
-    "Motion",
-    "Reactions",
-    "Torque",
-    "chain_reactions",
-    "driving_actions",
-    "reactions",
-    "reactions_at",
-    "virtual_power",
-]
+    "Effort", "Extreme", "Force", "Friction", "Load", "Motion", "Reactions", "Torque", "chain_reactions",
+    "driving_actions", "reactions", "reactions_at", "virtual_power",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Gravity = tuple[float, float] | None
