@@ -36,11 +36,16 @@ _UNWRITTEN = "flywheel.unwritten"  # of a context: whether a file could not be w
 # -- arguments -------------------------------------------------------------------------------------------------------
 
 
-def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """The file of a picture; its ending must be that of a picture."""
-    if path is not None and path.suffix.lower() not in PLOT_FORMATS:
-        raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
-    return path
+def of_ending(*endings: str) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
+    """The check of an option's file: its name has one of these endings."""
+    listed = " or ".join(filter(None, (", ".join(endings[:-1]), endings[-1])))
+
+    def check(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+        if path is not None and path.suffix.lower() not in endings:
+            raise click.BadParameter(f"{str(path)!r} does not end in {listed}.")
+        return path
+
+    return check
 
 
 def within(low: float, high: float) -> Callable[[click.Context, click.Parameter, float | None], float | None]:
@@ -122,7 +127,7 @@ def picture_option(endings: str, callback: Callable[..., Any], help: str) -> Cal
 def plot_option(help: str) -> Callable[[Any], Any]:
     """The option --plot, with the file of a picture, and --style, its form."""
     file = click.Path(path_type=Path)
-    plot = click.option("--plot", type=file, callback=plot_path, metavar="FILE.(png|svg|pdf)", help=help)
+    plot = click.option("--plot", type=file, callback=of_ending(*PLOT_FORMATS), metavar="FILE.(png|svg|pdf)", help=help)
     return lambda command: plot(style_option(command))
 
 

@@ -30,6 +30,7 @@ from flywheel.cli.common import (
     json_flag,
     language_option,
     loaded,
+    of_ending,
     plot_option,
     quantity,
     remarked,
@@ -674,12 +675,6 @@ def open_page(scene: Path | None, port: int, no_browser: bool, language: str) ->
         server.server_close()
 
 
-def _report_path(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
-    if path.suffix.lower() not in (".html", ".htm", ".pdf"):
-        raise click.BadParameter(f"{str(path)!r} does not end in .html or .pdf.")
-    return path
-
-
 @click.command(short_help="Write a worked report, every step with its numbers, as HTML or PDF.")
 @SCENE
 @click.option(
@@ -687,7 +682,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     "--output",
     required=True,
     type=click.Path(path_type=Path),
-    callback=_report_path,
+    callback=of_ending(".html", ".htm", ".pdf"),
     metavar="FILE.(html|pdf)",
     help="The report's file; a PDF is printed by a browser that is installed.",
 )

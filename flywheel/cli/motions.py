@@ -10,6 +10,7 @@ import click
 
 from flywheel.cli.common import (
     MOST_POINTS,
+    PLOT_FORMATS,
     SCENE,
     CourseOptions,
     at_option,
@@ -20,9 +21,9 @@ from flywheel.cli.common import (
     json_flag,
     language_option,
     loaded,
+    of_ending,
     picture_option,
     plot_option,
-    plot_path,
     quantity,
     remarked,
     reported,
@@ -262,12 +263,6 @@ def _times(texts: list[str]) -> list[float]:
 # -- pictures --------------------------------------------------------------------------------------------------------
 
 
-def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    if path is not None and path.suffix.lower() != ".gif":
-        raise click.BadParameter(f"{str(path)!r} does not end in .gif.")
-    return path
-
-
 def _target(scene: Path, output: Path | None, ending: str) -> Path:
     """The file to write: the named one, else a new file with the scene's name."""
     if output is not None:
@@ -297,7 +292,7 @@ def _tell(output: Path | None, target: Path) -> None:
 )
 @picture_option(
     "FILE.(png|svg|pdf)",
-    plot_path,
+    of_ending(*PLOT_FORMATS),
     "Write the picture to this file (default: the scene's name with .png in this folder, if there is no such file yet).",
 )
 @style_option
@@ -319,7 +314,7 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
 @SCENE
 @picture_option(
     "FILE.gif",
-    _gif_path,
+    of_ending(".gif"),
     "Write the animation to this file (default: the scene's name with .gif in this folder, if there is no such file yet).",
 )
 @click.option("--frames", type=click.IntRange(2, 600), default=60, show_default=True, help="Frames, evenly in time.")

@@ -20,6 +20,7 @@ from flywheel.cli.common import (
     exclusive,
     json_flag,
     loaded,
+    of_ending,
     plot_option,
     quantity,
     reported,
@@ -89,13 +90,6 @@ def varied_columns(scene: Scene, variations: list[tuple[str, list[str], int]]) -
     return columns
 
 
-def table_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """A file whose ending is the option's name."""
-    if path is not None and path.suffix.lower() != f".{parameter.name}":
-        raise click.BadParameter(f"{str(path)!r} does not end in .{parameter.name}.")
-    return path
-
-
 @click.command(short_help="Size many designs, in which numbers of a scene vary.")
 @SCENE
 @click.option(
@@ -127,14 +121,14 @@ def table_path(context: click.Context, parameter: click.Parameter, path: Path | 
 @click.option(
     "--npz",
     type=click.Path(path_type=Path),
-    callback=table_path,
+    callback=of_ending(".npz"),
     metavar="FILE.npz",
     help="Save finished designs in a file, from which the same sweep continues.",
 )
 @click.option(
     "--parquet",
     type=click.Path(path_type=Path),
-    callback=table_path,
+    callback=of_ending(".parquet"),
     metavar="FILE.parquet",
     help="Write the table of --csv as Parquet, with units in its metadata; needs pyarrow.",
 )
