@@ -142,6 +142,7 @@ class TwoAxisInduction(Induction):
         voltage: U between the lines, V.
         impedances: of the equivalent circuit.
         on_mains: for a motor on an inverter, that of the name plate.
+        at_once: true of fluxes that follow the speed at once, which are no states.
 
     Raises:
         SceneError: for values out of range, and for a circuit whose torque at rated speed, or whose breakdown torque, is not
@@ -161,6 +162,7 @@ class TwoAxisInduction(Induction):
     voltage: float
     impedances: Impedances
     on_mains: TwoAxisInduction | None = None
+    at_once: bool = False
 
     def __post_init__(self) -> None:
         """Refuses values out of range, and a circuit that is not that of the plate."""
@@ -305,7 +307,9 @@ class TwoAxisInduction(Induction):
 
     @cached_property
     def circuit(self) -> Fluxes | None:
-        """The fluxes of stator and rotor; on a ramp of an inverter the frequency too."""
+        """The fluxes of stator and rotor; on a ramp of an inverter the frequency too; None if they follow at once."""
+        if self.at_once:
+            return None
         return RampedFluxes(self) if self.inverter is not None and self.inverter.ramp else Fluxes(self)
 
     def heat(self, omega: Any, states: States = ()) -> Any:
@@ -362,21 +366,8 @@ class TwoAxisInduction(Induction):
 
     @property
     def static(self) -> Motor | None:
-        """The same motor with fluxes that follow the speed at once."""
-        return StaticCurve(**{one.name: getattr(self, one.name) for one in fields(self)})
-
-
-@dataclass(frozen=True, kw_only=True)
-class StaticCurve(TwoAxisInduction):
-    """The motor of a circuit whose fluxes follow the speed at once."""
-
-    @cached_property
-    def circuit(self) -> None:
-        """None: it has no states."""
-
-    @property
-    def static(self) -> None:
-        """None: it is the static curve itself."""
+        """The same motor with fluxes that follow the speed at once; None of such a one."""
+        return None if self.at_once else replace(self, at_once=True)
 
 
 class Fluxes(Circuit):
