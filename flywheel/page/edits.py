@@ -200,7 +200,8 @@ def written_as(field: FormField, typed: str, like: str = "") -> str:
     if field.kind == "boolean" and plain in ("true", "false"):
         return plain
     if field.kind == "list" or isinstance(field.written, (list, dict)):
-        return _list(plain) or quoted(typed)
+        listed = (text for text in (plain, f"[{plain}]") if text.startswith("[") and _is_toml(text))
+        return next(listed, quoted(typed))
     if field.kind in ("quantity", "number", "expression") and _NUMBER.fullmatch(plain):
         if isinstance(field.written, str) and field.unit and field.number is not None:
             return quoted(f"{plain} {field.unit}", like)
@@ -216,14 +217,6 @@ def written_more(more: More, typed: str) -> str:
             return plain
         return more.value
     return written_as(FormField(more.path, "", "", more.kind, "", None), typed)
-
-
-def _list(typed: str) -> str:
-    """A list as TOML writes it; empty if the typed text is no list."""
-    for text in (typed, f"[{typed}]"):
-        if text.startswith("[") and _is_toml(text):
-            return text
-    return ""
 
 
 def _is_toml(text: str) -> bool:

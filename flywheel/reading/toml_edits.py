@@ -108,7 +108,8 @@ def without(before: Outline, path: Path) -> Outline:
     [drive]
     torque = 1
     """
-    inline = _inline(before, path)
+    # the innermost list or table between brackets in which it stands, if any
+    inline = next((path[:k] for k in range(len(path) - 1, 0, -1) if path[:k] in before.values), ())
     text = _without_inline(before, inline, path) if inline else _without_lines(before, path)
     changed = outline(text)
     kept = _leaves(before.mapping, path)
@@ -277,14 +278,6 @@ def _added_inline(outline: Outline, value: Value, rest: Path, written: str) -> s
 
 
 # -- what is taken away --------------------------------------------------------------------------------------------------
-
-
-def _inline(outline: Outline, path: Path) -> Path:
-    """The list or table between brackets in which a path stands; None where it has separate lines."""
-    for k in range(len(path) - 1, 0, -1):
-        if path[:k] in outline.values:
-            return path[:k]
-    return ()
 
 
 def _without_inline(before: Outline, inline: Path, path: Path) -> str:
