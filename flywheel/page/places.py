@@ -15,19 +15,14 @@ from flywheel.reading.toml_edits import literal
 from flywheel.scene.scene import Key
 
 
-class PortName(NamedTuple):
-    """A port by its own name and that of its mechanism."""
-
-    name: str
-    mechanism: str
-    rotating: bool
-
-
 class ScenePlaces(NamedTuple):
-    """The places of a scene, as far as they are known without a full reading."""
+    """The places of a scene, as far as they are known without a full reading.
+
+    `ports` tells of each, by the names of its mechanism and its own with a dot between them, whether it rotates.
+    """
 
     shafts: tuple[str, ...]
-    ports: tuple[PortName, ...]
+    ports: tuple[tuple[str, bool], ...]
     points: tuple[str, ...]
     joints: tuple[str, ...]
     drivers: tuple[str, ...]
@@ -49,8 +44,8 @@ class ScenePlaces(NamedTuple):
 
     def all(self, present: object) -> tuple[str, ...]:
         """Shafts and ports, each by its bare name if that is unique, or as it is written."""
-        many = Counter(port.name for port in self.ports)
-        full = {f"{port.mechanism}.{port.name}": port.name for port in self.ports}
+        full = {name: name.partition(".")[2] for name, _rotating in self.ports}
+        many = Counter(full[name] for name, _rotating in self.ports)
         names = [name if name == present or many[bare] > 1 or bare in self.shafts else bare for name, bare in full.items()]
         return (*self.shafts, *names)
 
@@ -58,13 +53,13 @@ class ScenePlaces(NamedTuple):
         """Tests whether a place rotates; None if there is no such place."""
         if name in self.shafts:
             return not self.sliding
-        kinds = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}
+        kinds = {rotating for port, rotating in self.ports if name in (port, port.partition(".")[2])}
         return kinds.pop() if len(kinds) == 1 else None
 
     def begun(self, section: str) -> str:
         """An initial table or parameter as TOML, with little effect."""
-        slides = next((port for port in self.ports if not port.rotating), None)
-        on = self.shafts[0] if slides is None else self.all(None)[len(self.shafts) + self.ports.index(slides)]
+        slides = next((k for k, (_name, rotating) in enumerate(self.ports) if not rotating), None)
+        on = self.shafts[0] if slides is None else self.all(None)[len(self.shafts) + slides]
         rotating = self.rotates(on) is not False
         ends = {"from": "0 mm", "to": "50 mm"} if self.sliding else {"from": "0 deg", "to": "90 deg"}
         lengths = {"crank": {"length": "80 mm"}, "rod": {"length": "300 mm"}}
@@ -151,7 +146,7 @@ def places_of(raw: Mapping[str, Any]) -> ScenePlaces:
     named = raw.get("shafts")
     sliding = driver_slides(raw) is True
     shafts = dict.fromkeys(("slide",) if sliding else ("crank", *(named if isinstance(named, Mapping) else ())))
-    ports: list[PortName] = []
+    ports: list[tuple[str, bool]] = []
     points: dict[str, None] = {}
     joints: dict[str, None] = {}
     drivers: dict[str, None] = {}
@@ -161,12 +156,12 @@ def places_of(raw: Mapping[str, Any]) -> ScenePlaces:
         if not isinstance(kind, str) or kind not in KINDS:
             continue
         name = name if isinstance(name, str) else kind
-        ports += [PortName(port.name, name, port.rotating) for port in KINDS[kind].ports]
+        ports += [(f"{name}.{port.name}", port.rotating) for port in KINDS[kind].ports]
         if kind == "law":
             outputs = _table(table.get("outputs"))
-            ports += [PortName(key, name, "theta" in _table(output)) for key, output in outputs.items()]
+            ports += [(f"{name}.{key}", "theta" in _table(output)) for key, output in outputs.items()]
         elif kind == "linkage":
-            ports += _linkage_ports(name, table)
+            ports += [(f"{name}.{port}", rotating) for port, rotating in _linkage_ports(table)]
             for body, of in _table(table.get("bodies")).items():
                 points |= dict.fromkeys(f"{body}.{point}" for point in ("origin", *_table(_table(of).get("points"))))
             if points and "frame.origin" not in points:
@@ -180,20 +175,20 @@ def places_of(raw: Mapping[str, Any]) -> ScenePlaces:
     return ScenePlaces(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding, tuple(meshes))
 
 
-def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[PortName]:
-    """Ports of a linkage: its slides except the driver, its points along a direction, bodies that may turn."""
+def _linkage_ports(table: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
+    """Ports of a linkage, and whether they rotate: slides except the driver, points along a direction, bodies that turn."""
     driver = table.get("driver")
     joints = _tables(table.get("joints"))
     for joint in joints:
         if joint.get("type") in ("slide", "pin-in-slot") and isinstance(joint.get("name"), str) and joint["name"] != driver:
-            yield PortName(joint["name"], name, False)
+            yield joint["name"], False
     for port in _table(table.get("ports")):
-        yield PortName(port, name, False)
+        yield port, False
     straight = {body for joint in joints if joint.get("type") == "slide" for body in _bodies(joint)}
     driven = {body for joint in joints if joint.get("name") == driver for body in _bodies(joint)}
     for body in _table(table.get("bodies")):
-        if body != "frame" and body not in straight | driven:
-            yield PortName(body, name, True)
+        if body != "frame" and body not in straight | driven:  # it may turn
+            yield body, True
 
 
 def _bodies(joint: Mapping[str, Any]) -> list[str]:
