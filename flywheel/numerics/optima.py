@@ -262,11 +262,22 @@ STATIONARY = 2e-5
 
 
 class TrialPoint(NamedTuple):
-    """A point (shares of the interval between its bounds), the function and the constraints there, and their slopes."""
+    """A point (shares of the interval between its bounds), the function and the constraints there, and their slopes.
+
+    `curvature` are their Hessians by rows, if known.
+    """
 
     x: Array
     rows: Array
     slopes: Array
+    curvature: Array | None = None
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Values and slopes at another point, to the second order."""
+        assert self.curvature is not None
+        step = x - self.x
+        bend = self.curvature @ step
+        return self.rows + (self.slopes + 0.5 * bend) @ step, self.slopes + bend
 
 
 def merit(rows: Array, size: float) -> Array:
@@ -307,7 +318,7 @@ class _Terrain(NamedTuple):
         mixed = np.abs(there - other).max(axis=1) > _TANGENT_DIFFERENCE * np.abs(there).max(axis=1)
         return TrialPoint(share, figures[:, 0], np.where((mixed & (not in_corner))[:, None], np.nan, 0.5 * (there + other)))
 
-    def piece(self, share: Array) -> QuadraticModel | None:
+    def piece(self, share: Array) -> TrialPoint | None:
         """A function's piece around a point, to the second order; None if a value is missing."""
         h, count = _STEP, len(share)
         share = np.clip(share, h, 1.0 - h)
@@ -325,22 +336,7 @@ class _Terrain(NamedTuple):
         for k, (i, j) in enumerate(pairs):
             others = plus[:, i] + minus[:, i] + plus[:, j] + minus[:, j]
             curvature[:, i, j] = curvature[:, j, i] = (twice[:, k] + 2 * middle[:, 0] - others) / (2 * h**2)
-        return QuadraticModel(share, middle[:, 0], (plus - minus) / (2 * h), curvature)
-
-
-class QuadraticModel(NamedTuple):
-    """A function and its constraints around a point to the second order: values, slopes, Hessians by rows."""
-
-    x: Array
-    rows: Array
-    slopes: Array
-    curvature: Array
-
-    def at(self, x: Array) -> tuple[Array, Array]:
-        """Values and slopes at another point."""
-        step = x - self.x
-        bend = self.curvature @ step
-        return self.rows + (self.slopes + 0.5 * bend) @ step, self.slopes + bend
+        return TrialPoint(share, middle[:, 0], (plus - minus) / (2 * h), curvature)
 
 
 def minimum(rows: Rows, start: Array, low: Array, high: Array, scales: Array) -> Array:
@@ -570,7 +566,7 @@ def _along_ridges(terrain: _Terrain, point: TrialPoint, size: float) -> TrialPoi
     return point if point is first else _bundle(terrain.at, point, size, _NEARBY)
 
 
-def _pieces(terrain: _Terrain, point: TrialPoint, active: list[TrialPoint]) -> list[QuadraticModel]:
+def _pieces(terrain: _Terrain, point: TrialPoint, active: list[TrialPoint]) -> list[TrialPoint]:
     """The pieces of all distinct tangents, each where it is greater than the others."""
     from scipy.optimize import linprog
 
@@ -594,7 +590,7 @@ def _pieces(terrain: _Terrain, point: TrialPoint, active: list[TrialPoint]) -> l
     return pieces
 
 
-def _curved(point: TrialPoint, pieces: list[QuadraticModel], radius: float, size: float) -> tuple[Array, float]:
+def _curved(point: TrialPoint, pieces: list[TrialPoint], radius: float, size: float) -> tuple[Array, float]:
     """The best step by the pieces of the second order, and the decrease of the merit by it."""
     from scipy.optimize import minimize
 
