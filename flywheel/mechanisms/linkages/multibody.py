@@ -69,7 +69,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-# -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
+# -- equations of motion: Newton's law with reactions, Lagrange's multipliers -----------------------------------------
 
 
 def by_newton(model: LinkageModel, t: Any, state: LinkageState) -> tuple[Array, Array]:
@@ -106,36 +106,6 @@ def by_multipliers(model: LinkageModel, t: Any, state: LinkageState) -> tuple[Ar
 
     """
     return accelerations(model, t, state, np.swapaxes(state.jacobian, -1, -2))
-
-
-class ReducedEquation(NamedTuple):
-    """The reduced equation at one position and speed: inertia I*, slope dI*/dq, moment M*, acceleration of the driver."""
-
-    inertia: float
-    slope: float
-    moment: float
-    acceleration: float
-
-
-def reduced(model: LinkageModel, t: float, x: Array, g: Array, qdot: float) -> ReducedEquation:
-    """The reduced equation I* alpha + ½ dI*/dq omega² = M* from the closures' own influence coefficients.
-
-    I* = g^T M g, ½ dI*/dq = g^T M g', M* = g^T Q.
-
-    Args:
-        model: the linkage.
-        t: time (s).
-        x: a closed pose, shape (3 bodies,).
-        g: its influence coefficients dx/dq, shape (3 bodies,).
-        qdot: rate of the driver's coordinate (rad/s or m/s).
-
-    """
-    unit = model.state(x, g)
-    slope = model.driven(unit, unit.along, unit.gamma, -unit.bend)  # g' = d²x/dq²
-    inertia, half = float(g @ (model.masses * g)), float(g @ (model.masses * slope))
-    moment = float(g @ model.forces(t, unit._replace(qdot=qdot)))  # no force sees other velocities
-    model.heavy(inertia, unit.q)
-    return ReducedEquation(inertia, 2 * half, moment, (moment - half * qdot**2) / inertia)
 
 
 # -- the routes: which state each integrates, and how all bodies follow from it -----------------------------------------
