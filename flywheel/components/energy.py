@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, array, number_faults, refuse
-
-Array = NDArray[np.float64]
 
 HOUR = 3600.0
 KILOWATT_HOUR = 3.6e6

@@ -21,12 +21,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flywheel.numerics.faults import POSITIVE, Fault, SceneError, entry, fits, number_faults, refuse
-
-Array = NDArray[np.float64]
 
 POISSON = 0.3
 """Poisson's ratio where a material names none: that of steel."""

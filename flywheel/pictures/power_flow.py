@@ -23,7 +23,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
-from numpy.typing import NDArray
 
 from flywheel.language import number
 from flywheel.language import text as _
@@ -48,8 +47,6 @@ from flywheel.tables.power import Entry, entries, gives, input_power, shaft_name
 from flywheel.tables.rows import DEGREES, SI, five_digits, under_title
 
 __all__ = ["draw", "panel", "plot"]
-
-Array = NDArray[np.float64]
 
 _HEIGHT = 1.5  # inches: width of the widest stream
 _RADIUS, _DROP = 0.1, 0.42  # inches: of the inside of a bend, and of what is straight after it

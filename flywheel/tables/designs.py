@@ -200,11 +200,6 @@ _NO_CHANGE = 1e-12  # share by which a figure that does not change may differ
 _WEAK = 1e-3  # percent: a change whose derivative's error is not printed
 
 
-def per(sensitivities: Sensitivities, path: str) -> str:
-    """Change of the number for which `change` is given."""
-    return "1 deg" if sensitivities.units[path] == "rad" else "1 %"
-
-
 def unit_of(derivative_of: str, by: str) -> str:
     """The unit of a derivative.
 

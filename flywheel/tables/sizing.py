@@ -42,7 +42,6 @@ from flywheel.tables.rows import (
     percent_and_steadiness,
     rpm,
     sentences,
-    under_title,
     wrapped,
 )
 from flywheel.tables.scene import scene_rows
@@ -438,24 +437,6 @@ def json(sizing: Sizing, explanation: Mapping[str, Any] | None = None) -> str:
     """JSON that `flywheel size --json` prints: the sizing, SI throughout, and its explanation if there is one."""
     extra = {} if explanation is None else {"explanation": explanation}
     return encoded({**sizing.as_dict(), **extra}, indent=2)
-
-
-def headline(sizing: Sizing) -> str:
-    """The result in a line, below the scene's title (shortened if it is too long for a picture's heading)."""
-    scene, wheel = sizing.scene, sizing.flywheel
-    speed = f"crank at {figure(sizing.speed * RPM, 0.0, 6)} rpm"
-    requirement = f"irregularity {figure(scene.irregularity or 0.0)}"
-    if scene.limits:
-        requirement = "its limits" if sizing.binding is None else f"its limits, {limit_names()[sizing.binding]} binding"
-    if scene.inertia is not None:
-        eps = sizing.simulation and figure(sizing.simulation.irregularity, 0.0, 5)
-        what = f"given flywheel {figure(scene.inertia, 0.0, 6)} kg m² on {wheel.on}, {speed}: irregularity {eps}"
-    elif wheel.needed is False:
-        what = f"no flywheel needed for {requirement}, {speed}"
-    else:
-        inertia = figure(wheel.exact or 0.0, inertia_error(sizing), 6)
-        what = f"flywheel {inertia} kg m² on {wheel.on} for {requirement}, {speed}"
-    return under_title(scene.title, what, WIDTH)
 
 
 def remarks(sizing: Sizing) -> tuple[Remark, ...]:

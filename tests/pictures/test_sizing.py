@@ -816,3 +816,10 @@ def test_a_loop_whose_work_is_rounding_is_a_line_in_the_whole_triangle(tmp_path)
     sizing = flywheel.size(scene, simulate=False)
     sizing.plot(tmp_path / "belt.png")
     assert (tmp_path / "belt.png").stat().st_size > 10_000
+
+
+def test_a_headline_is_short_and_printable() -> None:
+    sized = flywheel.size(flywheel.load(yoke(title="x" * 300 + "\x1b")), accuracy="normal")
+    title, result = plots.headline(sized).splitlines()
+    assert (len(title), title.strip("x")) == (plots.WIDTH, "…")
+    assert result == "flywheel 353.521 kg m² on the crank for irregularity 0.04, crank at 60 rpm"

@@ -219,12 +219,6 @@ def test_inertia_torque_brackets_the_exact_flywheel(path: Path) -> None:
     assert wheel.exact <= wheel.inertia_torque - inertia.min / square + slack
 
 
-def test_headline_is_short_and_printable() -> None:
-    lines = report.headline(sized(yoke(title="x" * 300 + "\x1b"))).splitlines()
-    assert len(lines[0]) == outcome.WIDTH
-    assert lines[1] == "flywheel 353.521 kg m² on crank for irregularity 0.04, crank at 60 rpm"
-
-
 def test_nothing_acts() -> None:
     text = report.text(sized({"regime": {"speed": 10}, "flywheel": {"irregularity": 0.01}}))
     assert "nothing acts on the machine" in text
