@@ -467,7 +467,7 @@ class MotionPlace(NamedTuple):
 
 
 def sides_kept(cell: Any, squares: Sequence[Any], laws: Sequence[EnergyLaw], unknown: Any, order: int) -> Iterator[bool]:
-    """Whether a switch is on its side all over a cell, of each, then whether a mesh is, of each.
+    """Switches, then meshes: true for one that is on its side all over a cell.
 
     Args:
         cell: with its ends, middle and span.
