@@ -458,10 +458,10 @@ class MotionsOverRanges:
             follow = implicit_slopes([gap, *missed(found)], self._free, [*numbers])
             moved = {own: Centred(rational(0, 1), rates, numbers).value.abs_upper() for own, rates in follow.items()}
             apart = self._apart(paths, follow, numbers)
+            if not (gap.slopes[START] < 0 and all(each.is_finite() for each in (apart, *moved.values()))):
+                break  # deviations may not fade, or ranges of what is free may have no end
             if apart < self._radius and all(moved[own] < halves[own] for own in self._free):
                 return (wheel, unknown, found), follow
-            if not all(each.is_finite() for each in (apart, *moved.values())):
-                break
             self._radius = self._radius.max((_MARGIN * apart).upper())
             halves.update({own: halves[own].max((_MARGIN * rest).upper()) for own, rest in moved.items()})
         raise UnprovenError("the motions over ranges so wide")
@@ -538,12 +538,14 @@ class MotionsOverRanges:
             laws = [law.loaded(wheel) for law in each.laws]
             kept = [*sides_kept(each.place.cell, squares, laws, unknown, self._order)]
             undecided = not all(kept[: len(kept) - meshes])
-        except UnprovenError:
-            undecided = True
+        except (ArithmeticError, ValueError):  # UnprovenError is one
+            kept, undecided = [], True
         if undecided and each.laws[0].jumps:
             raise UnprovenError("ranges in which a torque may jump at a speed")
+        if undecided:
+            return []
         sides = zip(outwards, kept[len(kept) - meshes :], strict=True)
-        return [] if undecided else [*product(*([own] if proven else [True, False] for own, proven in sides))]
+        return [*product(*([own] if proven else [True, False] for own, proven in sides))]
 
 
 def _along_with(number: Centred, slopes: dict[Any, Any]) -> Centred:
