@@ -458,8 +458,9 @@ class MotionsOverRanges:
             follow = implicit_slopes([gap, *missed(found)], self._free, [*numbers])
             moved = {own: Centred(rational(0, 1), rates, numbers).value.abs_upper() for own, rates in follow.items()}
             apart = self._apart(paths, follow, numbers)
-            if not (gap.slopes[START] < 0 and all(each.is_finite() for each in (apart, *moved.values()))):
-                break  # deviations may not fade, or ranges of what is free may have no end
+            fades = BALANCE in self._free or gap.slopes[START] < 0  # a balance holds the speed
+            if not (fades and all(each.is_finite() for each in (apart, *moved.values()))):
+                break
             if apart < self._radius and all(moved[own] < halves[own] for own in self._free):
                 return (wheel, unknown, found), follow
             self._radius = self._radius.max((_MARGIN * apart).upper())
