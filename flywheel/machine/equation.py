@@ -229,17 +229,21 @@ class Moments:
 
         Inertias that vary are driven, but nothing is accelerated. A motor's own states are steady, if they are not given.
         """
-        omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
+        omega = np.asarray(speed, dtype=float)[..., None, None]
         states = self.steady_states(omega) if states is None else states
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         plain = _together(acting)
         if not self.lossy:
             return plain
-        moved = [0.5 * part.slope * omega**2 for part in self.parts]
-        own = [inert - act.moment for inert, act in zip(moved, acting, strict=True)]
-        passed, factors = passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
+        moved, passed, factors = self._driven([act.moment for act in acting], omega)
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
         return plain._replace(moment=moment, by_unknown=by_unknown, exchanged=exchanged, transmitted=self._of_lossy(passed))
+
+    def _driven(self, moments: list[Any], omega: Array) -> tuple[list[Array], tuple[Any, ...], tuple[Any, ...]]:
+        """The moments that drive the inertia of every part at a constant speed, those through their meshes, and K."""
+        moved = [0.5 * part.slope * omega**2 for part in self.parts]
+        own = [inert - moment for inert, moment in zip(moved, moments, strict=True)]
+        return moved, *passed_by(own, self.machine.stages, (1.0,) * len(own), lambda tau: tau > 0.0)
 
     def net_work(
         self, speed: float | Array, unknown: float = 0.0, states: States | None = None, *, losses: bool = True
@@ -248,20 +252,23 @@ class Moments:
 
         With `losses` false it is the work without those in meshes.
         """
-        if self.lossy and losses:
-            return cells.total(self.constant(speed, unknown, states).moment, self.mesh.half)
         speed = np.asarray(speed, dtype=float)
         omega = speed[..., None, None]
-        still, by_unknown, resistance = self._still
-        works = still + unknown * by_unknown - resistance * speed
-        for part in self.parts:
-            for effort, factor in self._moving(part, omega):
-                works = works + self._total(effort + unknown * factor)
-            if self.circuit is not None and part.stage.drives:
-                turned = self.drive_ratio * speed
-                torque = self.circuit.torque(turned, self.steady_states(speed) if states is None else states)
-                works = works + self.drive_ratio * torque * self.mesh.edges[-1]
-        return np.asarray(works)
+        states = self.steady_states(omega) if states is None else states
+        moving = [sum((effort + unknown * factor for effort, factor in self._moving(part, omega)), 0.0) for part in self.parts]
+        if self.circuit is not None:
+            driven = next(k for k, part in enumerate(self.parts) if part.stage.drives)
+            moving[driven] = moving[driven] + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states)
+        if not (self.lossy and losses):
+            still, by_unknown, resistance = self._still
+            return np.asarray(still + unknown * by_unknown - resistance * speed + self._total(sum(moving)))
+        moments = [
+            part.moment + unknown * part.per_unknown - part.resistance * omega + own
+            for part, own in zip(self.parts, moving, strict=True)
+        ]
+        moved, _, factors = self._driven(moments, omega)
+        rows = zip(factors, moments, moved, strict=True)
+        return cells.total(_sum(k * moment - (k - 1.0) * inert for k, moment, inert in rows), self.mesh.half)
 
     def _total(self, moment: Any) -> Array:
         """The work (J) over the cycle of a moment on (..., cells, nodes), or of one that is the same all over it."""
@@ -314,10 +321,10 @@ class Moments:
         return tuple(tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0)
 
     def _acting(self, part: _MachinePart, omega: Array, unknown: Any, states: States) -> Rate:
-        zero = np.zeros_like(omega)
+        zero = np.zeros(np.broadcast_shapes(omega.shape, self.mesh.phi.shape))
         terms = at_speeds(part, self._moving(part, Jet(omega, 1.0)), omega, unknown)
         moment, by_speed, by_unknown, exchanged = (zero + term for term in terms)
-        by_states: Array = np.zeros((len(states), *omega.shape))
+        by_states: Array = np.zeros((len(states), *zero.shape))
         if self.circuit is not None and part.stage.drives and len(states):
             ratio, circuit = self.drive_ratio, self.circuit
             driving, slopes = ratio * circuit.torque(ratio * omega, states), circuit.slopes(ratio * omega, states)
