@@ -168,6 +168,8 @@ def periodic(
     start: State,
     apart: Array | None = None,
     within: float = 0.0,
+    *,
+    rough: bool = False,
 ) -> Periodic:
     """The periodic motion nearest to a start, with its unknowns, by Newton's method.
 
@@ -178,6 +180,7 @@ def periodic(
         start: a first guess.
         apart: part subtracted from the rates of the states, (cells, states, nodes), in a continuation (`unevenness`).
         within: share of the fluctuation of speed that the next step may have for the iteration to end early.
+        rough: true to end even with the first step where that is within this share: nothing measures then what it leaves.
 
     Raises:
         NoRegimeError: if the iteration does not converge: the machine would stop within the cycle, or no motion closes.
@@ -196,6 +199,7 @@ def periodic(
         )
         shortens = not settled and 0.0 < last < 1.0
         left = min(size / last, 1.0) * size if shortens else 0.0  # at most: steps shorten faster and faster
+        left = size if rough and not (settled or shortens) else left
         settled |= 0.0 < left < within
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
             high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))
@@ -302,7 +306,8 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
     A small change z of the states then obeys z' = A z with a constant A: a cycle of theta rad leaves the share
     exp(theta Re a) of it, a the eigenvalue of A with the greatest real part.
     """
-    if not inertia + float(moments.inertia.min()) > 0.0:
+    total = inertia + moments.inertia
+    if not (float(total.min()) > 0.0 and float(np.ptp(total)) <= _BLUR * float(total.max())):
         return None
     own = [float(value) for value in moments.steady_states(reference)]
     state = even_guess(moments, reference, inertia, unknown, own)
@@ -316,7 +321,7 @@ def even_motion(moments: Moments, reference: float, demand: Demand, inertia: flo
         even &= bool((np.abs(left[:, 1:]).max(axis=(0, 2)) <= _STEADY * np.array(moments.circuit.scales)).all())
     jacobian = equations.slopes(state, here)[0]
     uniform = np.ptp(jacobian, axis=(0, 3)) <= _STEADY * np.abs(jacobian).max(axis=(0, 3))
-    if not (even and uniform.all() and float(np.ptp(here.total)) <= _BLUR * float(here.total.max())):
+    if not (even and uniform.all()):
         return None
     exponent = float(moments.mesh.edges[-1] * np.linalg.eigvals(jacobian[0, ..., 0]).real.max())
     multiplier, damping = float(np.exp(min(exponent, _MOST_GROWTH))), -float(np.expm1(min(exponent, _MOST_GROWTH)))

@@ -61,6 +61,7 @@ _MOST_MOVES = 8  # of the switches, before the cells are halved although the swi
 _FEW_MOVES = 3  # of the switches, after which those that come and go are compared by their work with the error allowed
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far is taken
 _SWITCH_MOVE = 1e-12  # of the cycle: switches that move less have settled
+_FAR = 1e-3  # rad: switches that move farther will move again, so that their motion only leads to another
 _COARSE_ERROR = 1e-3  # error of a motion that is hardly resolved yet
 _ROUNDING_IRREGULARITY = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: greatest error of a sized flywheel
@@ -70,7 +71,7 @@ _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not sol
 _DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
 _INTERMEDIATE_ERROR = 1e-4  # error of intermediate motions
 _FARTHEST = 2.0  # of the distance of two motions: greatest distance of one that begins on their secant
-_CLOSE = 1e-7  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
+_CLOSE = 1e-5  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
@@ -261,8 +262,11 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
     """
     reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
     search = _RegimeSearch(machine, reference, demand, rtol)
-    base, cuts = search.layers(search.narrow(inertia, 0.0), np.zeros(0), reference, inertia, 0.0)
-    return _checked(search.from_start(lambda moments: sampled(moments, reference, inertia, phi, omega, own), base, cuts))
+
+    def start(moments: Moments) -> State:
+        return sampled(moments, reference, inertia, phi, omega, own)
+
+    return _checked(search.from_start(start, search.narrow(inertia, 0.0), inertia, 0.0))
 
 
 def _checked(motion: OwnMotion) -> OwnMotion:
@@ -394,17 +398,15 @@ class _RegimeSearch(NamedTuple):
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion from that under torques at a constant speed; with states of a motor, from a constant speed."""
-        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
             own = self.own_states(moments)
             return (even_guess if own else first_guess)(moments, self.reference, inertia, unknown, own)
 
-        return self.from_start(start, base, cuts)
+        return self.from_start(start, self.machine.mesh, inertia, unknown)
 
     def from_balance(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion from the speeds at which the torques balance at each angle."""
-        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
             guess = None if moments.circuit is not None else balanced_guess(moments, self.reference, inertia, unknown)
@@ -412,13 +414,12 @@ class _RegimeSearch(NamedTuple):
                 raise NoRegimeError("at some angle its torques balance at no speed")
             return guess
 
-        return self.from_start(start, base, cuts)
+        return self.from_start(start, self.machine.mesh, inertia, unknown)
 
     def from_even(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion from the one at constant speed, as the varying moment is increased from a small part to the whole."""
         if self.demand.inertia is None:
             raise NoRegimeError("the irregularity of a constant speed is 0")
-        base, cuts = self.layers(self.narrow(inertia, unknown), np.zeros(0), self.reference, inertia, unknown)
 
         def start(moments: Moments) -> State:
             state = even_guess(moments, self.reference, inertia, unknown, self.own_states(moments))
@@ -437,14 +438,14 @@ class _RegimeSearch(NamedTuple):
                         raise
             return state
 
-        return self.from_start(start, base, cuts)
+        return self.from_start(start, self.narrow(inertia, unknown), inertia, unknown)
 
     def own_states(self, moments: Moments) -> list[float]:
         """A motor's own states in equilibrium at the reference speed."""
         return [float(value) for value in moments.steady_states(self.reference)]
 
-    def from_start(self, start: Callable[[Moments], State], base: Array, cuts: Array) -> OwnMotion:
-        """The motion from a first guess.
+    def from_start(self, start: Callable[[Moments], State], base: Array, inertia: float, unknown: float) -> OwnMotion:
+        """The motion from a first guess with a flywheel, on cells between edges that narrow where the speed settles steeply.
 
         Where meshes lose or laws switch, branches are first decided at every node, and cells cut where they then switch; if
         that fails, in the middle of every cell.
@@ -457,13 +458,15 @@ class _RegimeSearch(NamedTuple):
                 moments = self.moments(self.machine.mesh, switches)
                 again = self.periodic(moments, rough.reference, carried(rough, moments), intermediate=True)
                 return self.refinement(again, self.machine.mesh, switches)
+        base, cuts = self.layers(base, np.zeros(0), self.reference, inertia, unknown)
         moments = self.moments(base, cuts)
         solved = self.periodic(moments, self.reference, start(moments), intermediate=moments.lossy)
         return self.refinement(solved, base, cuts)
 
     def periodic(self, moments: Moments, reference: float, start: State, *, intermediate: bool) -> Periodic:
         """The motion on given cells; an intermediate one only as closely as the next requires."""
-        return periodic(moments, reference, self.demand, start, within=_CLOSE if intermediate or self.intermediate else 0.0)
+        within = _CLOSE if intermediate or self.intermediate else 0.0
+        return periodic(moments, reference, self.demand, start, within=within, rough=intermediate and not self.intermediate)
 
     def to_others(self) -> _RegimeSearch:
         """The search for an intermediate motion."""
@@ -590,7 +593,7 @@ class _RegimeSearch(NamedTuple):
             try:
                 moments = self.moments(base, cuts)
                 start = carried(solved, moments)
-                solved = self.periodic(moments, solved.reference, start, intermediate=not settled and furthest > _CLOSE)
+                solved = self.periodic(moments, solved.reference, start, intermediate=not settled and furthest > _FAR)
             except BudgetError:
                 if best is None or least > _COARSE_ERROR:
                     raise
