@@ -117,7 +117,7 @@ class Periodic(NamedTuple):
     multiplier: float
     damping: float
     steps: int
-    left: float = 0.0
+    left: Any = 0.0
     sensitivity: Sensitivity | None = None
     closing: Array | None = None  # what each of several states may miss of its closing
     reach: Array | None = None  # how far that carries, (states, states)
@@ -201,9 +201,8 @@ def periodic(
         left = min(size / last, 1.0) * size if shortens else 0.0  # at most: steps shorten faster and faster
         left = size if rough and not (settled or shortens) else left
         settled |= 0.0 < left < within
-        if settled and not final:  # near the reference speed, by the measure of the fluctuation?
-            high, low = (float(s / (1.0 + np.sqrt(1.0 + s))) for s in (here.s.max(), here.s.min()))
-            final = bool(abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING)
+        if settled and not final:
+            final = bool(here.about_reference)
         if settled and final:
             motion = equations.result(state, change, step)._replace(left=left)
             state = motion.state._replace(inertia=float(motion.state.inertia), unknown=float(motion.state.unknown))
@@ -219,7 +218,9 @@ def periodic(
     raise NoRegimeError(f"Newton's method has not converged in {step} steps")
 
 
-def periodic_motions(moments: Any, reference: Array, demand: Demand, start: State) -> tuple[Periodic, NDArray[np.bool_]]:
+def periodic_motions(
+    moments: Any, reference: Array, demand: Demand, start: State, within: float = 0.0
+) -> tuple[Periodic, NDArray[np.bool_]]:
     """The periodic motions of many machines at once, each nearest to its start, and which of them were found.
 
     Arguments as those of `periodic`, with an axis of machines before all others. Those that have converged or failed are set
@@ -233,7 +234,11 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
         here = equations.speeds(state)
         change = equations.linearisation(state, here)
         state, size = equations.newton_step(state, here, change)
+        final |= (size <= _NEAR_STEP) & here.about_reference
         stays, settled = final & (size <= _ROUNDING_STEP) & (size >= 0.3 * last), final & (size <= _LAST_STEP)
+        left = np.minimum(size / last, 1.0) * size
+        early = final & ~settled & (last < 1.0) & (left < within)
+        left, settled = np.where(early, left, 0.0), settled | early
         if (stays & ~settled).any():
             settled |= stays & (size <= np.maximum(_UNCONVERGED_STEP, equations.rounding_step(state, change)))
         damped = np.where(size >= 1.0, damped + 1, 0)
@@ -245,7 +250,7 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
             final |= near
         if 2 * done.sum() >= done.size or step == _MOST_BATCH_STEPS:
             gone = done if step < _MOST_BATCH_STEPS else np.ones_like(done)
-            every: tuple[Any, ...] = (*state, equations.w, *change[:7])
+            every: tuple[Any, ...] = (*state, equations.w, left, *change[:7])
             aside.append((which[gone], tuple(each[gone] for each in every)))
             if gone.all():
                 break
@@ -258,8 +263,8 @@ def periodic_motions(moments: Any, reference: Array, demand: Demand, start: Stat
             column[some] = row
     equations = _RegimeEquations(moments, columns[4], demand)
     equations.lost = ~good
-    motions = equations.result(State(*columns[:4]), Changes(*columns[5:]), _MOST_BATCH_STEPS)
-    return motions, good & ~equations.lost
+    motions = equations.result(State(*columns[:4]), Changes(*columns[6:]), _MOST_BATCH_STEPS)
+    return motions._replace(left=columns[5]), good & ~equations.lost
 
 
 def first_guess(moments: Moments, reference: Any, inertia: Any, unknown: Any, own: Sequence[float] = ()) -> State:
@@ -489,6 +494,12 @@ class _NodeSpeeds(NamedTuple):
     by_energy: Array
     by_inertia: Array
     rates: Array  # (cells, states, nodes)
+
+    @property
+    def about_reference(self) -> Any:
+        """Tests whether the reference speed is near the motion's, by the measure of its fluctuation."""
+        high, low = (s / (1.0 + np.sqrt(1.0 + s)) for s in (self.s.max(axis=(-2, -1)), self.s.min(axis=(-2, -1))))
+        return np.abs(high + low) <= _REFERENCE_DISTANCE * (high - low) + ROUNDING
 
 
 def _over_cells(numbers: Any) -> Any:

@@ -53,6 +53,9 @@ STIFF = 3e3
 _DAMPED = 70.0  # exponent of that decay above which the motion is far from that under torques at a constant speed
 _STEADIED, _WELL_WITHIN = 8.0, 0.7  # that exponent, and a share of an irregularity: where torques alone probably keep it
 
+CLOSE = 1e-5
+"""Of the fluctuation of speed: what Newton's method may leave of a motion that only leads to others."""
+
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
 
@@ -71,7 +74,6 @@ _SMALL_IRREGULARITY = 1e-6  # irregularity up to which a sized motion is not sol
 _DIRECT_SHARE = 0.5  # of the required irregularity: above it the flywheel is sought directly
 _INTERMEDIATE_ERROR = 1e-4  # error of intermediate motions
 _FARTHEST = 2.0  # of the distance of two motions: greatest distance of one that begins on their secant
-_CLOSE = 1e-5  # of the fluctuation of speed: what Newton's method may leave of a motion that only leads to another
 _LAYER = 8.0  # exponent of the decay of a jump's effect in the first cell behind it
 _PER_CELL, _MOST_SWINGING = 3.0, 64  # radians of a swing in a cell, initially; greatest number of such cells
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
@@ -236,12 +238,14 @@ def own_motion_near(
 def own_motion_again(machine: Machine, solved: Periodic, demand: Demand, rtol: float) -> OwnMotion:
     """The steady motion with a given flywheel, from one that was solved on cells which may end where its laws switch.
 
+    It only leads to others.
+
     Raises:
         NoRegimeError: if its error is not within rtol, and finer cells do not mend it.
 
     """
     base, edges = machine.mesh, solved.moments.mesh.edges
-    search = _RegimeSearch(machine, solved.reference, demand, rtol)
+    search = _RegimeSearch(machine, solved.reference, demand, rtol, intermediate=True)
     return _checked(search.refinement(solved, base, edges[~np.isin(edges, base)]))
 
 
@@ -465,7 +469,7 @@ class _RegimeSearch(NamedTuple):
 
     def periodic(self, moments: Moments, reference: float, start: State, *, intermediate: bool) -> Periodic:
         """The motion on given cells; an intermediate one only as closely as the next requires."""
-        within = _CLOSE if intermediate or self.intermediate else 0.0
+        within = CLOSE if intermediate or self.intermediate else 0.0
         return periodic(moments, reference, self.demand, start, within=within, rough=intermediate and not self.intermediate)
 
     def to_others(self) -> _RegimeSearch:

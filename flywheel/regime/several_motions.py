@@ -32,6 +32,7 @@ from flywheel.regime.cycle_equations import (
     with_inertia,
 )
 from flywheel.regime.periodic_motion import (
+    CLOSE,
     UNSTABLE,
     MotionErrors,
     OwnMotion,
@@ -109,7 +110,12 @@ class CutMotions(NamedTuple):
 
 
 def on_cut_cells(
-    moments: Any, solved: Periodic, near: NDArray[np.bool_], demand: Demand, first: Periodic | None = None
+    moments: Any,
+    solved: Periodic,
+    near: NDArray[np.bool_],
+    demand: Demand,
+    first: Periodic | None = None,
+    within: float = 0.0,
 ) -> Iterator[CutMotions]:
     """Motions on cells that end where meshes change the side that drives, all with as many of these in each cell at once.
 
@@ -119,6 +125,7 @@ def on_cut_cells(
         near: which of these were found.
         demand: requirements of the motions.
         first: motions to begin with, if others than these.
+        within: as that of `periodic_motions`.
 
     """
     first = solved if first is None else first
@@ -132,7 +139,7 @@ def on_cut_cells(
         nearest = first._replace(moments=moments.of(which), state=State(*(each[which] for each in first.state)))
         state = carried(nearest, finer)
         for k in range(MOST_CUTS):
-            again, good = periodic_motions(finer, reference, part, state)
+            again, good = periodic_motions(finer, reference, part, state, within)
             state, reference = again.state, np.asarray(again.reference)
             angles, moved, slack = moved_cuts(finer, cuts, *decided(finer, again))
             stands = good & (moved <= slack)
@@ -155,6 +162,7 @@ def _some(solved: Any, which: Index, moments: Any) -> Periodic:
         omega=solved.omega[which],
         multiplier=solved.multiplier[which],
         damping=solved.damping[which],
+        left=solved.left[which],
         sensitivity=None if sensitivity is None else Sensitivity(*(each[which] for each in sensitivity)),
     )
     return some
@@ -269,6 +277,7 @@ class LighterMotions(NamedTuple):
             multiplier=float(solved.multiplier[row]),
             damping=float(solved.damping[row]),
             steps=solved.steps,
+            left=float(solved.left[row]),
         )
 
     def again(self, row: int, mean: float | None, rtol: float) -> OwnMotion:
@@ -308,14 +317,14 @@ def lighter_motions(
     first = State(*(np.repeat(np.asarray(each)[None], inertias.size, axis=0) for each in alone))
     references, demand = np.full(inertias.size, last), Demand(inertias, None, mean and np.full(inertias.size, mean))
     start = with_inertia(first, moments, references, inertias)
-    solved, near = periodic_motions(moments.locally, references, demand, start)
+    solved, near = periodic_motions(moments.locally, references, demand, start, CLOSE)
     rows = (np.concatenate((one[:1], other[:-1])) for one, other in zip(first, solved.state, strict=True))
     reference: Any = np.append(last, np.asarray(solved.reference)[:-1])
     neighbours = solved._replace(reference=reference, state=with_inertia(State(*rows), moments, reference, inertias))
     if moments.lossy or machine.switches_at_speeds:
-        cut = [*on_cut_cells(moments, solved, near, demand, neighbours)]
+        cut = [*on_cut_cells(moments, solved, near, demand, neighbours, CLOSE)]
     else:
-        again, good = periodic_motions(moments, reference, demand, neighbours.state)
+        again, good = periodic_motions(moments, reference, demand, neighbours.state, CLOSE)
         cut = [CutMotions(np.arange(inertias.size), moments, again, demand, np.zeros(inertias.size), good)]
     motions, good = list[LighterMotions](), np.zeros(inertias.size, bool)
     for some in cut:
