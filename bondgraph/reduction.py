@@ -9,6 +9,7 @@ number of positions at once. Positions are counted: `counted` starts a tally of 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping
+from copy import copy
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
@@ -80,8 +81,7 @@ class Reduction:
 
     The velocity graph gives flows, not positions. Displacements that turn in a constant ratio to the coordinate follow
     from it; for any other that a law depends on, `positions` holds a function of the coordinate's own displacement, by
-    the displacement's name (for a spring's own displacement, by the spring's). `only` names the one-ports to include; all by
-    default.
+    the displacement's name (for a spring's own displacement, by the spring's).
 
     Laws that depend on speed or time are not part of M*: `at` gives them, for any speeds.
 
@@ -96,13 +96,7 @@ class Reduction:
 
     """
 
-    def __init__(
-        self,
-        graph: BondGraph,
-        coordinate: str,
-        positions: Positions | None = None,
-        only: Container[str] | None = None,
-    ) -> None:
+    def __init__(self, graph: BondGraph, coordinate: str, positions: Positions | None = None) -> None:
         self.graph = graph = as_graph(graph)
         refuse(
             f"{graph.where(name)} is switched: take one of its modes, mode(graph, {name}=True)" for name in graph.switched
@@ -117,7 +111,18 @@ class Reduction:
             terms = [(v, ratio) for v, ratio in step.terms or () if v in self.uniform and isinstance(ratio, (float, Real))]
             if step.terms is not None and len(terms) == len(step.terms):
                 self.uniform[step.unknown[0]] = sum(ratio * self.uniform[v] for v, ratio in terms)
-        one_ports = [(e, self.variable[e.name]) for e in graph.elements.values() if only is None or e.name in only]
+        self._include(graph.elements)
+
+    def part(self, names: Container[str]) -> Reduction:
+        """The same graph with some of its one-ports alone, by their names."""
+        part = copy(self)
+        part._include(names)
+        return part
+
+    def _include(self, names: Container[str]) -> None:
+        """The one-ports that are summed."""
+        graph = self.graph
+        one_ports = [(e, self.variable[e.name]) for e in graph.elements.values() if e.name in names]
         self._inertias = [(e, graph.constant(e.name), f) for e, f in one_ports if e.kind == "I" and e.law]
         sources = [
             (e, f, graph.bond_of(e.name).sign(e.name) * -1.0) for e, f in one_ports if e.kind in ("Se", "C") and e.law
@@ -295,6 +300,13 @@ class Station:
                 for k, variable in enumerate(step.unknown):
                     slope[variable] = solution[..., k]
         return flows
+
+    def of(self, part: Reduction) -> Station:
+        """The same positions for a part of the graph (see `Reduction.part`): all parts share the flows."""
+        station = Station(part, self.phi, self.anchor, self.ns)
+        station._motions, station._values, station._moduli = self._motions, self._values, self._moduli
+        station.flows = self.flows
+        return station
 
     def gain(self, flow: int) -> Any:
         """The gain of a flow variable, without a walk where it is constant."""

@@ -172,8 +172,9 @@ class Moments:
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
         self.parts: list[_MachinePart] = []
+        whole = machine.reduction.at(mesh.phi, mesh.anchor)
         for stage in machine.stages:
-            station = stage.reduction.at(mesh.phi, mesh.anchor)
+            station = whole.of(stage.reduction)
             values = station.reduced._asdict()
             self.parts.append(
                 _MachinePart(stage, station, *(wide(values[name], mesh.phi.shape) for name in _MachinePart._fields[2:]))

@@ -251,7 +251,7 @@ class Machine:
                 efficiency=scene.efficiencies.get(shaft, 1.0),
                 carries_flywheel=flywheel == shaft,
                 drives=drive == shaft,
-                reduction=Reduction(self.graph, scene.reduction_element, only=names),
+                reduction=self.reduction.part(names),
             )
             for shaft, names in mine.items()
         )

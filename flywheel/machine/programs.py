@@ -238,8 +238,9 @@ class Programs:
     ) -> list[Any]:
         """The terms of `motion` at recorded numbers, one stage after another."""
         terms: list[Any] = []
+        whole = self.machine.reduction.at(phi, anchor, NAMESPACE)
         for stage in self.machine.stages:
-            station = stage.reduction.at(phi, anchor, NAMESPACE)
+            station = whole.of(stage.reduction)
             moment = sum(self._shares(station, omega, time, unknown, deciding))
             terms += [station.reduced.inertia, station.reduced.slope, moment]
         return terms
@@ -823,8 +824,9 @@ def _rate(
     """The program of `RATE` and `STAGE` in the piece of an anchor."""
     nothing, balance = Reduced(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), unknown if machine.scene.unknown is not None else 0.0
     drive, moving, resistance, rows = (0.0, 0.0), 0.0, 0.0, list[Any]()
+    whole = machine.reduction.at(phi, anchor, NAMESPACE)
     for stage in machine.stages:
-        station = stage.reduction.at(phi, anchor, NAMESPACE)
+        station = whole.of(stage.reduction)
         contributions = station.contributions(Jet(omega, 1.0), 0.0, omega, local=not recorder.exact)
         own = [(effort, factor) for _, effort, factor in contributions]
         rows += [*at_speeds(station.reduced, own, omega, balance), station.reduced.inertia, station.reduced.slope]

@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.reduction import Reduction
 from flywheel.components.load_models import is_loss
 from flywheel.machine.machine import FRICTION, Machine
 from flywheel.numerics import cells
@@ -111,9 +110,7 @@ class _Train:
         on_shafts = machine.one_ports
         self.outwards = [name for name in scene.shafts if name != "crank"]  # nearer ones first
         self.reductions = {
-            name: Reduction(machine.graph, scene.reduction_element, only=on_shafts[name])
-            if len(on_shafts) > 1
-            else machine.reduction
+            name: machine.reduction.part(on_shafts[name]) if len(on_shafts) > 1 else machine.reduction
             for name in ("crank", *self.outwards)
             if on_shafts.get(name)
         }

@@ -339,17 +339,17 @@ def test_branches_are_decided_at_the_anchor_or_at_the_position_itself():
 
 def test_some_elements_alone():
     graph = moving()
-    only = Reduction(graph, "crank", only={"m", "drag", "film"})
     whole = Reduction(graph, "crank")
+    only = whole.part({"m", "drag", "film"})
     assert_allclose(only(PHI).inertia, whole(PHI).inertia - 2.0, rtol=1e-13, atol=1e-15)
     assert_allclose(only(PHI).moment, 0.0)
     assert_allclose(only(PHI).resistance, 0.25)
     assert [element.name for element, _, _ in only.at(PHI).contributions(3.0)] == ["drag"]
-    rest = Reduction(graph, "crank", only={"J", "T", "pulse", "brake"})
+    rest = whole.part({"J", "T", "pulse", "brake"})
     for name in ("inertia", "slope", "moment", "resistance"):
         both = getattr(only(PHI), name) + getattr(rest(PHI), name)
         assert_allclose(both, getattr(whole(PHI), name), rtol=1e-13, atol=1e-15)
-    assert not Reduction(graph, "crank", only={"m"}).moving
+    assert not whole.part({"m"}).moving
 
 
 @pytest.mark.parametrize(
