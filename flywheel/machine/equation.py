@@ -202,25 +202,26 @@ class Moments:
         acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         if not self.lossy:
             return _together(acting)
-        acceleration, passed, factors = self._acceleration(acting, omega, inertia)
-        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
-        moved = [i * acceleration + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
+        half_square = 0.5 * omega * omega
+        pushed = [part.slope * half_square for part in self.parts]
+        inertias = [part.inertia + inertia if part.stage.carries_flywheel else part.inertia for part in self.parts]
+        bare = [push - act.moment for push, act in zip(pushed, acting, strict=True)]
+        acceleration, passed, factors = self._acceleration(inertias, bare)
+        moved = [i * acceleration + push for i, push in zip(inertias, pushed, strict=True)]
         moment, by_unknown, exchanged = _with_mesh_losses(factors, acting, moved)
         # A change `bare` of every part's I' y - M + y' I alone also changes the acceleration: F by -sum (s k - 1) bare.
         weight = np.asarray(_sum(k * i for k, i in zip(factors, inertias, strict=True)))
         share = np.asarray(_sum(inertias)) / weight
         shares = [share * k for k in factors]
-        by_speed, by_inertia = np.zeros_like(omega), np.zeros_like(omega)
-        for part, act, k in zip(self.parts, acting, shares, strict=True):
-            by_speed += k * act.by_speed - (k - 1.0) * (part.slope * omega)
-            if part.stage.carries_flywheel:
-                by_inertia -= (k - 1.0) * acceleration
+        rows = list(zip(self.parts, acting, shares, strict=True))
+        by_speed = _sum(k * act.by_speed for _, act, k in rows) - omega * _sum((k - 1.0) * part.slope for part, _, k in rows)
+        by_inertia = _sum((1.0 - k) * acceleration for part, _, k in rows if part.stage.carries_flywheel)
         return Rate(
             moment=moment,
             by_speed=by_speed,
             by_unknown=share * by_unknown,
             by_inertia=by_inertia,
-            by_states=np.asarray(sum(k * act.by_states for k, act in zip(shares, acting, strict=True))),
+            by_states=_sum(k * act.by_states for k, act in zip(shares, acting, strict=True)),
             exchanged=exchanged,
             transmitted=self._of_lossy(passed),
         )
@@ -322,10 +323,12 @@ class Moments:
         return tuple(tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0)
 
     def _acting(self, part: _MachinePart, omega: Array, unknown: Any, states: States) -> Rate:
-        zero = np.zeros(np.broadcast_shapes(omega.shape, self.mesh.phi.shape))
+        shape = np.broadcast_shapes(omega.shape, self.mesh.phi.shape)
+        if part.stage.shaft in self._of_position and shape == self.mesh.phi.shape:
+            return self._of_position[part.stage.shaft]
         terms = at_speeds(part, self._moving(part, Jet(omega, 1.0)), omega, unknown)
-        moment, by_speed, by_unknown, exchanged = (zero + term for term in terms)
-        by_states: Array = np.zeros((len(states), *zero.shape))
+        moment, by_speed, by_unknown, exchanged = (wide(term, shape) for term in terms)
+        by_states: Array = np.zeros((len(states), *shape))
         if self.circuit is not None and part.stage.drives and len(states):
             ratio, circuit = self.drive_ratio, self.circuit
             driving, slopes = ratio * circuit.torque(ratio * omega, states), circuit.slopes(ratio * omega, states)
@@ -333,7 +336,19 @@ class Moments:
                 by_states[k] = ratio * slope
             moment, exchanged = moment + driving, exchanged + np.abs(driving)
             by_speed = by_speed + ratio * ratio * slopes.torque_by_speed
-        return Rate(moment, by_speed, by_unknown, np.zeros_like(moment), by_states, exchanged)
+        return Rate(moment, by_speed, by_unknown, np.zeros(shape), by_states, exchanged)
+
+    @cached_property
+    def _of_position(self) -> dict[str, Rate]:
+        """The moments of every part on which neither a speed nor the unknown nor a motor's states act, by its shaft."""
+        if self.machine.scene.unknown is not None or self.circuit is not None:
+            return {}
+        zero = np.zeros(self.mesh.phi.shape)
+        return {
+            part.stage.shaft: Rate(part.moment, zero, zero, zero, np.zeros((0, *zero.shape)), part.exchanged)
+            for part in self.parts
+            if not (part.stage.reduction.moving or part.resistance.any())
+        }
 
     def _moving(self, part: _MachinePart, omega: Any) -> list[tuple[Any, Any]]:
         """Moments that depend on speed, and their factors of the unknown, without those of a motor's circuit."""
@@ -345,12 +360,11 @@ class Moments:
         return [(effort, factor) for element, effort, factor in terms if not (by_circuit and element.name.startswith(DRIVE))]
 
     def _acceleration(
-        self, acting: list[Rate], omega: Array, inertia: Any
+        self, inertias: list[Array], bare: list[Array]
     ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
-        """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
-        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
-        bare = [part.slope * (0.5 * omega * omega) - act.moment for part, act in zip(self.parts, acting, strict=True)]
-        shape = (*omega.shape[:-1], omega.shape[-1] if self.local else 1)
+        """The equation of motion at speeds on the mesh (see `solved`); a cell's directions are decided in its middle."""
+        *lead, nodes = bare[0].shape
+        shape = (*lead, nodes if self.local else 1)
         if not self._directions or self._directions[-1].shape != shape:
             self._directions = tuple(np.ones(shape) for _ in self.parts)
         acceleration, _, passed, self._directions = solved(
