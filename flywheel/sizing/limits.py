@@ -20,6 +20,7 @@ bracket) and 5 (parabolas and golden sections).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import partial
@@ -319,11 +320,13 @@ class Search:
         """Refines the grid between flywheels that keep a limit and those without a motion, or of unknown state."""
         for _ in range(_MOST_HALVINGS):
             for before, after in pairwise(self.grid):
+                if before.motions and after.motions:
+                    continue
                 states, gap = (before.state(name, limit), after.state(name, limit)), after.inertia - before.inertia
                 near = _NEAR_UNKNOWN if LimitState.UNKNOWN in states else _EDGE
                 if not alone and self._breaks_another(name, *(point for point in (before, after) if point.motions)):
                     continue
-                if LimitState.KEPT in states and not (before.motions and after.motions) and gap > near * after.inertia:
+                if LimitState.KEPT in states and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
                         point = yield from self._at(middle, _COARSE)
@@ -470,10 +473,10 @@ class Search:
         for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
             if not (low.motions and middle.motions and high.motions):
                 continue
-            values = np.array([point.shares[name].value - limit for point in (low, middle, high)])
-            sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
-            depth = (sign * (values[[0, 2]] - values[1])).min()
-            if sign and depth > 0.0 and np.abs(values[1]) <= np.abs(values[[0, 2]] - values[1]).max():
+            before, here, after = (point.shares[name].value - limit for point in (low, middle, high))
+            sign = 1.0 if min(before, here, after) > 0.0 else -1.0 if max(before, here, after) <= 0.0 else 0.0
+            falls, rises = sign * (before - here), sign * (after - here)
+            if sign and min(falls, rises) > 0.0 and abs(here) <= max(falls, rises):
                 points.append((yield from self._extreme(name, limit, sign, (low, middle, high))))
         return sorted(points, key=lambda point: point.inertia)
 
@@ -522,7 +525,7 @@ def _interpolated(values: Mapping[float, float]) -> float:
         for other in nearest:
             if other != each and values[other] == values[each]:
                 return np.nan
-        total += each * float(np.prod([values[k] / (values[k] - values[each]) for k in nearest if k != each]))
+        total += each * math.prod(values[k] / (values[k] - values[each]) for k in nearest if k != each)
     return total
 
 
