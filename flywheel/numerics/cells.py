@@ -39,6 +39,7 @@ _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
 SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great
 TIE = 1e-9  # share within which two sizes are one
 _RESOLVED = 0.1  # error from which on a halving gains, or what is left is rounding
+_BLOCK = 128  # rows of a product
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
 
@@ -180,6 +181,20 @@ def fit(values: Array) -> Array:
     return values @ _FIT
 
 
+def product(rows: Array, matrix: Array) -> Array:
+    """The product of many rows and a small matrix, or a vector.
+
+    Libraries of linear algebra share a long product out to several threads, which wait for one another longer than they
+    calculate: a block of rows stays with one.
+    """
+    if len(rows) <= _BLOCK:
+        return np.asarray(rows @ matrix)
+    blocks = np.empty((len(rows), *matrix.shape[1:]))
+    for first in range(0, len(rows), _BLOCK):
+        np.matmul(rows[first : first + _BLOCK], matrix, out=blocks[first : first + _BLOCK])
+    return blocks
+
+
 def integral(values: Array, half: Array) -> Array:
     """Integral over each cell of values at the nodes: the last axis is summed."""
     return np.asarray((values @ _WEIGHTS) * half[..., 0])
@@ -275,7 +290,7 @@ def ends(series: Array) -> Array:
 
 def extents(series: Array) -> tuple[Array, Array]:
     """The least and the greatest value on each cell of a function by its series: at the ends or where its slope is zero."""
-    slopes, size = series @ _DIFFERENTIATE, np.abs(series)
+    slopes, size = product(series, _DIFFERENTIATE), np.abs(series)
     slope_size = np.abs(slopes)
     # the slope keeps its sign where its first coefficient outweighs all; rounding has roots of its own in every cell
     steady = slope_size[:, 0] > slope_size[:, 1:].sum(axis=-1)
@@ -377,9 +392,9 @@ def crossings(series: Array, noise: Array) -> Crossings:
     count, number, order = series.shape
     rows, level = series.reshape(count * number, order), (noise + np.zeros((1, number))).reshape(-1)
     size = np.abs(rows)
-    wavy = ~(2.0 * size[:, 0] > size @ _ONES[:order] + level)
+    wavy = ~(2.0 * size[:, 0] > product(size, _ONES[:order]) + level)
     looked = wavy.nonzero()[0]
-    grid = rows.take(looked, axis=0) @ _ON_GRID[:order]
+    grid = product(rows.take(looked, axis=0), _ON_GRID[:order])
     # all values in one line, row after row: those on the grid, or the one of a row without
     lengths = np.where(wavy, GRID.size, 1)
     past = lengths.cumsum()
@@ -417,7 +432,7 @@ def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
 
     Halley's method, which trebles the digits with every evaluation of a series and its derivatives; bisection if that fails.
     """
-    each = (rows @ _DERIVATIVES).reshape(-1, 3, ORDER)
+    each = product(rows, _DERIVATIVES).reshape(-1, 3, ORDER)
     step = right - left
     for _ in range(_MOST_STEPS):
         here, slope, bend = (each @ basis(t, ORDER)[:, :, None])[..., 0].T

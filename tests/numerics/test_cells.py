@@ -57,6 +57,14 @@ def test_polynomials_up_to_the_order_are_integrated_exactly(terms):
     assert_allclose(cells.integral(polynomial(mesh.phi), mesh.half).sum(), expected[-1], atol=1e-11)
 
 
+@pytest.mark.parametrize("rows", [1, 128, 300])
+def test_a_long_product_is_that_of_its_blocks(rows):
+    random = np.random.default_rng(rows)
+    left, matrix = random.normal(size=(rows, 21)), random.normal(size=(21, 43))
+    assert_allclose(cells.product(left, matrix), left @ matrix, rtol=0, atol=1e-13)
+    assert_allclose(cells.product(left, matrix[:, 0]), left @ matrix[:, 0], rtol=0, atol=1e-13)
+
+
 def test_the_antiderivative_starts_at_zero_in_every_cell():
     mesh, series = fitted(np.cos)
     assert_allclose(cells.value(cells.antiderivative(series, mesh.half), np.full(3, -1.0)), 0.0, atol=4e-16)
