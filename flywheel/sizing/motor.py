@@ -96,7 +96,8 @@ class MotorShaft:
         """Current of the motor over the rated one, by its own states where it has any; size of its slope by the speed."""
         motor, speed, run = self.motor, self.ratio * omega, self.run
         assert motor is not None
-        here, beside = motor.current_share(speed), motor.current_share(speed * (1.0 + SPEED_STEP))
+        both = motor.current_share(np.stack((speed, speed * (1.0 + SPEED_STEP))))
+        here, beside = (None, None) if both is None else both
         slope = np.zeros_like(omega)
         if here is not None and beside is not None:
             slope = np.abs(beside - here) / (SPEED_STEP * omega)
@@ -221,7 +222,7 @@ def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[Any, Any]:
         return share, heats["errors"][motor.whole_heat] * max(share, ROUNDING)
 
     def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        here, beside = (motor.heat_share(shaft.ratio * w) for w in (omega, omega * (1.0 + SPEED_STEP)))
+        here, beside = motor.heat_share(shaft.ratio * np.stack((omega, omega * (1.0 + SPEED_STEP))))
         slope, along = np.abs(beside - here) / (SPEED_STEP * omega), shaft.run.along
         if along is None:
             return here, slope

@@ -540,7 +540,7 @@ class Motor(ABC):
         assert self.rated is not None
         return _number(self.heat(self.rated.speed))
 
-    @property
+    @cached_property
     def rated_total_heat(self) -> float:
         """Heat (W) of all windings for which data exist, at the rated point."""
         assert self.rated is not None
