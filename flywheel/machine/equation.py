@@ -257,7 +257,9 @@ class Moments:
         speed = np.asarray(speed, dtype=float)
         omega = speed[..., None, None]
         states = self.steady_states(omega) if states is None else states
-        moving = [sum((effort + unknown * factor for effort, factor in self._moving(part, omega)), 0.0) for part in self.parts]
+        moving = [
+            sum((effort + unknown * factor for effort, factor in self._moving(part, omega)), 0.0) for part in self.parts
+        ]
         if self.circuit is not None:
             driven = next(k for k, part in enumerate(self.parts) if part.stage.drives)
             moving[driven] = moving[driven] + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states)
@@ -359,9 +361,7 @@ class Moments:
         by_circuit = self.circuit is not None
         return [(effort, factor) for element, effort, factor in terms if not (by_circuit and element.name.startswith(DRIVE))]
 
-    def _acceleration(
-        self, inertias: list[Array], bare: list[Array]
-    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+    def _acceleration(self, inertias: list[Array], bare: list[Array]) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
         """The equation of motion at speeds on the mesh (see `solved`); a cell's directions are decided in its middle."""
         *lead, nodes = bare[0].shape
         shape = (*lead, nodes if self.local else 1)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -236,9 +237,7 @@ def own_motion_near(
 
 
 def own_motion_again(machine: Machine, solved: Periodic, demand: Demand, rtol: float) -> OwnMotion:
-    """The steady motion with a given flywheel, from one that was solved on cells which may end where its laws switch.
-
-    It only leads to others.
+    """A steady motion that only leads to others, from one that was solved on cells which may end where its laws switch.
 
     Raises:
         NoRegimeError: if its error is not within rtol, and finer cells do not mend it.
@@ -266,10 +265,7 @@ def own_motion_along(machine: Machine, demand: Demand, phi: Array, omega: Array,
     """
     reference, inertia = 0.5 * float(omega.max() + omega.min()), demand.inertia or 0.0
     search = _RegimeSearch(machine, reference, demand, rtol)
-
-    def start(moments: Moments) -> State:
-        return sampled(moments, reference, inertia, phi, omega, own)
-
+    start = partial(sampled, reference=reference, inertia=inertia, phi=phi, omega=omega, own=own)
     return _checked(search.from_start(start, search.narrow(inertia, 0.0), inertia, 0.0))
 
 
@@ -402,11 +398,10 @@ class _RegimeSearch(NamedTuple):
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion from that under torques at a constant speed; with states of a motor, from a constant speed."""
-
-        def start(moments: Moments) -> State:
-            own = self.own_states(moments)
-            return (even_guess if own else first_guess)(moments, self.reference, inertia, unknown, own)
-
+        own = self.own_states(self.moments(self.machine.mesh, np.zeros(0)))
+        start = partial(
+            even_guess if own else first_guess, reference=self.reference, inertia=inertia, unknown=unknown, own=own
+        )
         return self.from_start(start, self.machine.mesh, inertia, unknown)
 
     def from_balance(self, inertia: float, unknown: float) -> OwnMotion:
