@@ -24,6 +24,9 @@ from flywheel.numerics.budget import spend
 from flywheel.numerics.cells import ORDER, ROUNDING, Array, Cells, Changes, Index
 from flywheel.numerics.faults import Fault
 
+CLOSE = 1e-5
+"""Of the fluctuation of speed: what Newton's method may leave of a motion that only leads to others."""
+
 _MOST_STEPS = 40
 _MOST_LONG = 12  # Newton steps with a given flywheel, in turn as long as the fluctuation and no shorter: none converges then
 _MOST_BATCH_STEPS = 16  # of many motions at once: what needs more is left to be sized alone

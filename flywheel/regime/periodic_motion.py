@@ -24,6 +24,7 @@ from flywheel.numerics.budget import BudgetError, portion
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.regime import turning_moment
 from flywheel.regime.cycle_equations import (
+    CLOSE,
     Demand,
     LostError,
     NoRegimeError,
@@ -53,9 +54,6 @@ STIFF = 3e3
 
 _DAMPED = 70.0  # exponent of that decay above which the motion is far from that under torques at a constant speed
 _STEADIED, _WELL_WITHIN = 8.0, 0.7  # that exponent, and a share of an irregularity: where torques alone probably keep it
-
-CLOSE = 1e-5
-"""Of the fluctuation of speed: what Newton's method may leave of a motion that only leads to others."""
 
 MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""

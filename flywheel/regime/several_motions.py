@@ -22,6 +22,7 @@ from flywheel.machine.machine import Machine, circuit_of
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Index
 from flywheel.regime.cycle_equations import (
+    CLOSE,
     Demand,
     Periodic,
     Sensitivity,
@@ -32,7 +33,6 @@ from flywheel.regime.cycle_equations import (
     with_inertia,
 )
 from flywheel.regime.periodic_motion import (
-    CLOSE,
     UNSTABLE,
     MotionErrors,
     OwnMotion,
