@@ -239,7 +239,7 @@ def periodic_motions(
         state, size = equations.newton_step(state, here, change)
         final |= (size <= _NEAR_STEP) & here.about_reference
         stays, settled = final & (size <= _ROUNDING_STEP) & (size >= 0.3 * last), final & (size <= _LAST_STEP)
-        left = np.minimum(size / last, 1.0) * size
+        left = np.minimum(size / np.maximum(last, 1e-300), 1.0) * size
         early = final & ~settled & (last < 1.0) & (left < within)
         left, settled = np.where(early, left, 0.0), settled | early
         if (stays & ~settled).any():

@@ -233,6 +233,13 @@ class Search:
         """The figures with a flywheel, which are not requested where there is certainly no motion."""
         return FlywheelPoint(inertia, Existence.NONE) if inertia <= self.stopped else (yield inertia, error)
 
+    def _trial(self, inertia: float) -> Steps[FlywheelPoint]:
+        """The figures with a flywheel of the grid: not closely, unless that leaves open on which side of a limit one is."""
+        point = yield from self._at(inertia, _COARSE)
+        if point.motions and any(point.beyond(*limit) == 0.0 for limit in self.limits.items()):
+            point = yield from self.closely(inertia)
+        return point
+
     def _scaled(self, inertia: float) -> float:
         return float(np.log(inertia + self.own))
 
@@ -254,7 +261,7 @@ class Search:
         inertias = [] if self.grid else self.inertias
         points, lost = self.grid[::-1], 0
         while inertias and lost < self.in_turn:
-            points.append((yield from self._at(inertias.pop(0), _COARSE)))
+            points.append((yield from self._trial(inertias.pop(0))))
             lost = 0 if points[-1].motions else lost + 1
             if not points[0].motions:
                 raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
@@ -262,7 +269,7 @@ class Search:
                 inertias = []
         light = list[FlywheelPoint]()
         while inertias and (not light or light[-1].motions):
-            light.append((yield from self._at(inertias.pop(), _COARSE)))
+            light.append((yield from self._trial(inertias.pop())))
         self.grid = light + points[::-1]
 
     # -- where a limit is kept
@@ -329,7 +336,7 @@ class Search:
                 if LimitState.KEPT in states and gap > near * after.inertia:
                     middle = self._inertia(0.5 * (self._scaled(before.inertia) + self._scaled(after.inertia)))
                     if before.inertia < middle < after.inertia:
-                        point = yield from self._at(middle, _COARSE)
+                        point = yield from self._trial(middle)
                         self.grid = sorted([*self.grid, point], key=lambda each: each.inertia)
                         break
             else:
@@ -623,6 +630,8 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
 
     def of_grid(inertia: float, error: float) -> FlywheelPoint:
         nonlocal left
+        if error < _COARSE:
+            return at(inertia, error)
         if inertia in left and branch.motions:
             lighter = dict(_lighter(machine, branch, left[left.index(inertia) :]))
             together.update(lighter)

@@ -309,6 +309,27 @@ def test_a_current_resonates_with_flywheels_whose_swing_it_damps_too_little():
     assert not resonates(machine, speed, [1.1 * decisive, 1.0], 0.0)
 
 
+def test_what_a_machine_alone_hardly_breaks_asks_for_a_small_flywheel():
+    """A figure over its limit by a share of 1e-5, or of 1e-7: flywheels in that ratio, however roughly trials are solved."""
+    dc = {"type": "dc", "voltage": 220, "resistance": 2, "constant": 1.3, "inductance": 0.025, "inertia": 0.03}
+    cylinder = {"type": "compressor", "bore": 0.1, "clearance": 0.06, "suction": 1e5, "discharge": 6e5, "exponent": 1.3}
+    crank = {"length": 0.04, "inertia": 0.012}
+    scene = {
+        "mechanism": {"type": "slider-crank", "crank": crank, "rod": {"length": 0.18}, "slider": {"mass": 3.2}},
+        "shafts": {"motor": {"ratio": 4.5}},
+        "load": [{"on": "slider", "model": cylinder}],
+        "drive": {"on": "motor", "motor": dc},
+    }
+
+    def result(**wheel: float) -> Sizing:
+        return flywheel.size(flywheel.load({**scene, "flywheel": wheel}), simulate=False)
+
+    alone = result(inertia=0.0).run.irregularity
+    light, lighter = (result(irregularity=alone * (1.0 - share)).flywheel.exact for share in (1e-5, 1e-7))
+    assert light > 0.0
+    assert lighter == pytest.approx(0.01 * light, rel=1e-4)
+
+
 # The smallest flywheel, and the heavier ones that break what it keeps, against scans of inertias by textbook equations.
 
 
