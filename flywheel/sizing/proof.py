@@ -652,8 +652,8 @@ def _motion_over_part(
         figures = _of_motion(scene, numbers, steady.motions.bounds, steady, about.wheel)
         return {name: Centred(balls.ball(figure), {}, halves) for name, figure in figures.items()}
     required, one = _required(scene) and about.wheel > 0.0, rational(1, 1)
-    free = {START: steady.speeds.fast**2, WHEEL: steady.wheel, BALANCE: abs(steady.unknown)}
-    free = {own: size for own, size in free.items() if required or own != WHEEL if structure.unknown or own != BALANCE}
+    free = {START: steady.speeds.fast**2} | ({WHEEL: steady.wheel} if required else {})  # with their sizes
+    free |= {BALANCE: abs(steady.unknown)} if structure.unknown else {}
     with balls.precision(*_WIDE):
 
         def motions_over(widths: Mapping[Any, Any]) -> tuple[MotionsOverRanges, Sequence[Any], Any, Any]:
