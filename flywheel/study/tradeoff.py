@@ -302,6 +302,8 @@ def _proven(question: Question) -> float:
     assert proof is not None
     if proof.reason:
         raise NoAnswerError(f"not provable: {proof.reason}")
+    if proof.ranges:
+        raise NoAnswerError("proven over ranges of numbers: no single figure")
     low, high = proof.figures["flywheel.exact" if question.sized else "simulation.irregularity"]
     return 0.5 * (low + high)
 

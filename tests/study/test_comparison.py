@@ -232,6 +232,10 @@ def test_no_method_is_helped_by_what_another_evaluated():
             rotor(drive={"torque": "100 - 4.12345678901*omega"}, regime={}),
             "not provable: a number, 4.12345678901, that may have been calculated with roundings",
         ),
+        (
+            rotor(drive={"torque": "100 - 4*omega"}, regime={}, inertia=[{"on": "crank", "value": "1 kg m^2 ± 0.1 %"}]),
+            "proven over ranges of numbers: no single figure",
+        ),
     ],
 )
 def test_a_proof_is_a_method_or_says_why_it_is_none(scene, reason):
