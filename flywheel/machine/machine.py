@@ -64,6 +64,7 @@ WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes 
 _END = 1e-12  # of a cycle: tolerance of an angle at its ends
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
+_INWARDS = 1e-9  # of the way to the middle of a piece: a place close to an angle, in its piece
 _KEPT_MACHINES = 128  # and mechanisms, of which the angles are kept at which they break
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are searched for; a stroke without a dwell takes 32
 
@@ -171,8 +172,9 @@ class Machine:
         return self.reduction(phi, self.anchors(phi) if anchor is None else anchor)
 
     def anchors(self, phi: Any) -> Any:
-        """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
-        return middles(self.breakpoints, phi)
+        """The middle of each angle's smooth piece (at a breakpoint: of the next); beside the angle if speeds switch laws."""
+        middle = middles(self.breakpoints, phi)
+        return phi + _INWARDS * (middle - phi) if self.switches_at_speeds else middle
 
     @cached_property
     def is_dry(self) -> bool:
@@ -375,9 +377,8 @@ class Machine:
     @cached_property
     def switches(self) -> Array:
         """The breakpoints at which a law switches, with 0 and the cycle; at the others a cell ends only for resolution."""
-        own = (angle for _, angle in self._own_breakpoints(switching=True))
-        ends = (0.0, self.scene.cycle)
-        return self._mark("switches", lambda: self._with_switches((*ends, *own, *self.breakpoints[self._branching])))
+        own = (0.0, self.scene.cycle, *(angle for _, angle in self._own_breakpoints(switching=True)))
+        return self._mark("switches", lambda: self._with_switches((*own, *self.breakpoints[self._branching])))
 
     def _with_switches(self, edges: Iterable[float]) -> Array:
         return merged([*edges, *(angle for _, angle in self._switch_angles(self._unswitched))], self.scene.cycle)
@@ -385,8 +386,8 @@ class Machine:
     @cached_property
     def switches_at_ends(self) -> bool:
         """True if a law switches at the beginning of the cycle, and so at its end."""
-        near, switches = _END * self.scene.cycle, self._own_breakpoints(switching=True)
-        at_ends = any(angle <= near or angle >= self.scene.cycle - near for _, angle in switches)
+        near, cycle = _END * self.scene.cycle, self.scene.cycle
+        at_ends = any(not near < angle < cycle - near for _, angle in self._own_breakpoints(switching=True))
         return self.scene.stroke is None and bool(at_ends or self._branching[0])
 
     @cached_property

@@ -81,8 +81,8 @@ class MachineMotion(NamedTuple):
     """The motion of the forces: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
 
     `time` (s) is given for a motion in time; `gone` is the part of the angle in complete cycles. Branches of laws are
-    decided at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it
-    moves forwards so slowly that its speed matters only for the direction of friction.
+    decided at `anchor`: if None in the smooth piece of each angle (`Machine.anchors`), at the speed and time there.
+    `creeps`: it moves forwards so slowly that its speed matters only for the direction of friction.
     """
 
     phi: Array

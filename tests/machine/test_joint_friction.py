@@ -257,3 +257,43 @@ def test_the_first_position_that_locks_is_found() -> None:
     scene = flywheel.load({"mechanism": trammel, "load": load, "stroke": {"from": 0.02, "to": 0.28}})
     with pytest.raises(SceneError, match=r"locks the mechanism at slide position 0\.278543 m"):
         flywheel.reduce(scene, [0.2])
+
+
+# -- loads whose branches depend on a velocity -------------------------------------------------------------------------
+
+
+def pushed(force: str, friction: float = 0.0) -> dict[str, Any]:
+    scene = crank_press(friction)
+    return scene | {"load": [*scene["load"], {"on": "ram", "force": force}]}
+
+
+def test_branches_that_depend_on_a_velocity_are_those_at_every_angle() -> None:
+    """In the reduced moment and in joints: they had been decided in the middles of smooth pieces."""
+    kinked, plain, none = (flywheel.load(pushed(force)) for force in ("-900*max(0, v - 0.7)", "-900*(v - 0.7)", "0*v"))
+    q = np.linspace(0.0, kinked.cycle, 83)[:-1]
+    state = flywheel.reduce(kinked, q, balance=0.0, speed=W)
+    gain = state.gains["linkage.ram"]
+    fast = gain * W > 0.7
+    expected = flywheel.reduce(none, q, balance=0.0, speed=W).moment - 900 * gain * np.maximum(0.0, gain * W - 0.7)
+    np.testing.assert_allclose(state.moment, expected, atol=1e-9 * np.abs(expected).max())
+    forces, faster, slower = (
+        joint_forces(Machine(each), q, speed=W).mechanisms["linkage"].components for each in (kinked, plain, none)
+    )
+    for name, parts in forces.items():
+        for part, values in parts.items():
+            true = np.where(fast, faster[name][part], slower[name][part])
+            np.testing.assert_allclose(values, true, atol=1e-9 * np.abs(true).max() + 1e-9)
+
+
+@pytest.mark.slow
+def test_a_regime_with_friction_under_a_load_whose_branches_depend_on_a_velocity_is_stayed_in() -> None:
+    """A balance was 9e-5 off, with 1e-10 stated."""
+    scene = flywheel.load(pushed("-900*max(0, v - 0.7)", 0.1))
+    result = flywheel.size(scene, accuracy="normal")
+    assert result.balance is not None
+    start, settings = (
+        float(speed_at(result, 0.0)),
+        dict[str, Any](inertia=result.flywheel.exact, balance=result.balance.value),
+    )
+    run = flywheel.transient(scene, start="regime", end=f"{scene.cycle!r} rad", rtol=1e-9, **settings)
+    assert run.omega == pytest.approx(start, rel=1e-8)
