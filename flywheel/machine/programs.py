@@ -200,6 +200,8 @@ class Programs:
         edges = self.machine.switches
         if edges.size < _SEVERAL or not self._of_pieces or self.machine.switches_at_speeds:
             return None
+        if any(effort.reverses and effort.uses_speed for effort in self.machine.efforts):
+            return None  # at rest, the anchor's direction decides a sign beside a speed
         recorder = Recorder()
         arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
         try:

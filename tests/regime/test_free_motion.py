@@ -336,3 +336,13 @@ def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch)
         taken.append(tally.evaluations)
     assert taken[0] == taken[1]
     assert 2 * taken[0] < taken[2] < 4 * taken[0]
+
+
+def test_dry_and_viscous_drag_in_one_law_hold_and_release_a_machine_of_many_pieces() -> None:
+    """30 t - 20 - 2 omega from t = 2/3 on; where one program served all pieces, no motion was found from there."""
+    windows = [{"on": "crank", "torque": -1e-12, "from": f"{30 * k} deg", "to": f"{30 * k + 10} deg"} for k in range(1, 11)]
+    load = [{"on": "crank", "torque": "-20*(sign(v) + v/10)"}, *windows]
+    scene = {"inertia": [{"on": "crank", "value": 1}], "load": load, "drive": {"torque": "30*t"}, "flywheel": {"inertia": 0}}
+    run = flywheel.simulate(flywheel.load(scene), 0.5, 0.0, 2.0, rtol=1e-9)
+    moving = 2.0 - 2.0 / 3.0
+    assert run.omega[-1] == pytest.approx(15 * moving - 7.5 * (1 - np.exp(-2 * moving)), rel=1e-9)
