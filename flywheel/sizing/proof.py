@@ -55,7 +55,8 @@ from flywheel.sizing.enclosures import (
 )
 from flywheel.sizing.ranges import (
     BALANCE,
-    MOST_PARTS,
+    OF_CYCLE,
+    OF_MOTION,
     START,
     WHEEL,
     MotionsOverRanges,
@@ -213,7 +214,7 @@ def _figures(scene: Scene, near: _Near | None) -> tuple[dict[str, tuple[float, f
                     if moving
                     else partial(_cycle_over_part, scene, structure, order, left)
                 )
-                found |= _over_ranges(of_part, columns, ranges, scales, MOST_PARTS[moving])
+                found |= _over_ranges(of_part, columns, ranges, scales, OF_MOTION if moving else OF_CYCLE)
             return {name: balls.ends(ball) for name, ball in found.items()}, same
     raise open_still
 
@@ -575,7 +576,7 @@ def _over_ranges(
     middles: Sequence[Any],
     ranges: Mapping[Any, Any],
     scales: Mapping[str, float],
-    most: float,
+    limits: tuple[float, float],
 ) -> dict[str, Any]:
     """The balls of figures all over the ranges of numbers, by their keys.
 
@@ -584,7 +585,7 @@ def _over_ranges(
         middles: of all numbers.
         ranges: half the width of the range of a number, by its place.
         scales: of figures that may be 0.
-        most: parts of the ranges at most.
+        limits: parts of the ranges at most, and what is enough over a figure's proven width.
 
     """
     zero = rational(0, 1)
@@ -607,7 +608,7 @@ def _over_ranges(
             for name, one in of_part(moved, {}).items()
         }
 
-    ends = RangeEnds(figures, tuple(ranges), most)
+    ends = RangeEnds(figures, tuple(ranges), *limits)
     ends.narrow(scales)
     return {name: ends.interval(name) for name in ends.names}
 

@@ -37,11 +37,11 @@ from flywheel.sizing.enclosures import (
     unevenness,
 )
 
-START, WHEEL, BALANCE = "start", "wheel", "unknown"  # v at the beginning of a cycle, ..., as numbers of a motion
+START, WHEEL, BALANCE = "start", "wheel", "unknown"  # numbers of a motion: v at its beginning, flywheel, unknown
 _OVER_RANGES = 1e-7  # what cells leave open of slopes by numbers in ranges
 _MOST_WIDER = 5  # tries to enclose the irregularities over ranges
-MOST_PARTS, _OF_POINT = (24.0, 2.0), 0.2  # parts of ranges: of a cycle, of a motion; a part without ranges, beside one
-_ENOUGH = 1.1  # of the width that a figure is proven to have: its interval
+OF_CYCLE, OF_MOTION = (24.0, 1.05), (2.0, 1.1)  # parts of ranges at most; over a figure's proven width: enough
+_OF_POINT = 0.2  # a part without ranges, beside one with them
 _REST = 0.03  # of what a number follows others by: what may be left, that is tried first
 _MARGIN = 1.25  # of what motions may be apart over what they are: the radius that is tried next
 _WIDEST_OPEN, _WIDEST_HULL = 0.05, 0.02  # rad: cells in which a mesh, or a switch, may change its side
@@ -78,8 +78,11 @@ class RangeEnds:
     half its range.
     """
 
-    def __init__(self, figures: Callable[[Part], dict[str, Any]], numbers: Sequence[Any], most: float) -> None:
-        self._figures, self._most, self._numbers, self._parts = figures, most, numbers, dict[Part, dict[str, Any]]()
+    def __init__(
+        self, figures: Callable[[Part], dict[str, Any]], numbers: Sequence[Any], most: float, enough: float
+    ) -> None:
+        self._most, self._enough = most, enough
+        self._figures, self._numbers, self._parts = figures, numbers, dict[Part, dict[str, Any]]()
         self._whole: Part = ((0.0, 1.0),) * len(numbers)
         whole = self._in(self._whole)
         self.names = tuple(whole)
@@ -120,13 +123,13 @@ class RangeEnds:
         open_still = widths({name: figure.value for name, figure in self._in(self._whole).items()}, scales)
         wide = [name for name, width in open_still.items() if width > _NARROW]
         while True:
-            wide = [name for name in wide if self._excess(name) > _ENOUGH]
+            wide = [name for name in wide if self._excess(name) > self._enough]
             votes = Counter[tuple[Part, int]]()
             for name, side in product(wide, (-1, 1)):
                 bounds = self._bounds[name, side]
                 while (name, side, part := max(bounds, key=bounds.__getitem__)) not in self._sharp:
                     self._sharpen(name, side, part)
-                gap, least = bounds[part] - self._reached(name, side), (_ENOUGH - 1) / 2 * self._least_width(name)
+                gap, least = bounds[part] - self._reached(name, side), (self._enough - 1) / 2 * self._least_width(name)
                 if gap > least and (k := self._open(name, part)) is not None:
                     votes[part, k] += 1
             cost = sum(1.0 if any(half for _, half in part) else _OF_POINT for part in self._parts)

@@ -282,7 +282,7 @@ def slopes_of(scene: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> dict[st
     over = dict[str, Any]()
 
     class Noted(wide.RangeEnds):  # type: ignore[name-defined, misc]
-        def __init__(self, figures: Any, numbers: Any, most: float) -> None:
+        def __init__(self, figures: Any, numbers: Any, *limits: float) -> None:
             over.update(figures(((0.0, 1.0),) * len(numbers)))
             raise balls.UnprovenError("noted")
 
