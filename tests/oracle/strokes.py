@@ -199,7 +199,10 @@ class Run:
 
 
 def warmest(rated: Rated, period: float, times: Any, lasting: Any, losses: Any) -> float:
-    """The greatest rise (K) of losses that repeat for ever: the convolution of all that was, at the ends of all parts."""
+    """The greatest rise (K) of losses that repeat for ever: the convolution of all that was, at the ends of all parts.
+
+    Between the ends of two parts that are equally long it is the top of a parabola.
+    """
 
     def rise(end: float) -> float:
         since = np.mod(end - times, period)  # of the losses that were last; those of all periods before are a series
@@ -209,7 +212,12 @@ def warmest(rated: Rated, period: float, times: Any, lasting: Any, losses: Any) 
 
     edges = np.concatenate(([0.0], np.cumsum(lasting.reshape(-1, _POINTS).sum(axis=1))))[:-1].tolist()
     best = max(range(0, len(edges), _COARSE), key=lambda k: rise(edges[k]))
-    return max(map(rise, edges[max(best - _COARSE, 0) : best + _COARSE + 1]))
+    best = max(range(max(best - _COARSE, 0), min(best + _COARSE + 1, len(edges))), key=lambda k: rise(edges[k]))
+    beside, top = edges[max(best - 1, 0) : best + 2], rise(edges[best])
+    if len(beside) < 3 or not math.isclose(beside[1] - beside[0], beside[2] - beside[1], rel_tol=1e-6):
+        return top
+    below, above = rise(beside[0]) - top, rise(beside[2]) - top
+    return top - (above - below) ** 2 / (8 * (above + below)) if above + below < 0 else top
 
 
 def returning(plan: Plan, w: float, phi: float) -> dict[str, float]:
