@@ -539,8 +539,10 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
     faster = [y[0], y[1] * (1 + 1e-6), *y[2:]]  # what the speed's own error changes, at once, of a steep torque
     slower, now = (float(machine.torques(first.start, row, machine.bodies(y[0]), first.mode)[-1]) for row in (y, faster))
     steep = 1e6 * abs(now - slower) * ratio * y[1]
+    efforts, meshes = streamed(machine, cycle)
+    passed = max(scale, *(true.size for true in efforts.values()))  # what a mean is the rest of
     rows = [
-        ("mean power", output["mean_power"], works["drive"] / cycle.period, scale),
+        ("mean power", output["mean_power"], works["drive"] / cycle.period, passed),
         ("peak power", abs(output["peak_power"]), peak, max(scale, peak, steep)),
         ("rms torque", output["rms_torque"], rms, max(rms, scale / ratio / cycle.bottom)),
         ("loss in meshes", lost, works["meshes"] / cycle.period, scale),
@@ -549,16 +551,21 @@ def _powers(scene: Scene, figures: Any, machine: Machine, cycle: Cycle) -> str:
         rows.append(("heat of the rotor", output["rotor_heat"], heat, max(heat, scale)))
     of_energy, of_flow = (10 * max(figures["error"][name] or 0.0, FLOOR) for name in ("energy", "power_flow"))
     off = [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in rows if abs(one - true) > of_energy * size]
-    flows = _flows(flow, machine, cycle, max(scale, flow["scale"]), steep)
+    flows = _flows(flow, machine, cycle, efforts, meshes, max(scale, flow["scale"]), steep)
     off += [f"{name} {one:.9g} for {true:.9g}" for name, one, true, size in flows if abs(one - true) > of_flow * size]
     return ", ".join(off)
 
 
 def _flows(
-    flow: Any, machine: Machine, cycle: Cycle, scale: float, steep: float
+    flow: Any,
+    machine: Machine,
+    cycle: Cycle,
+    efforts: dict[str, Along],
+    meshes: dict[str, tuple[Along, Along]],
+    scale: float,
+    steep: float,
 ) -> Iterator[tuple[str, float, float, float]]:
     """Figures of the power through meshes, and of loads, with the true ones and what their errors are relative to."""
-    efforts, meshes = streamed(machine, cycle)
     for shaft in flow["shafts"]:
         if shaft["on"] is None:
             continue
