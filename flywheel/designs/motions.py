@@ -390,7 +390,6 @@ def figures(structure: Structure, columns: Array, edges: Array, givens: DesignVa
         own = solved(left, guess[left], None if inertia is None else inertia[left])
     if limits and left.size:
         stopped = moments.stopped_flywheels(speed, structure.speeds(columns)[1:])
-        stopped = np.maximum(stopped, np.where(least <= least_error, 0.0, -np.inf))
         ends = [values.rows["energy_fluctuation"], least, greatest, speed, stopped]
         own = _limited(solved, left, limits, ends, own, rtol)
     if inertia is None and own.success.any():

@@ -565,8 +565,10 @@ class _RegimeSearch(NamedTuple):
             # those that come and go, or come no nearer, may have to be taken as they are
             restless = moves >= _FEW_MOVES and not (nearer and np.isfinite(furthest))
             motion = _described(solved, self.demand) if settled or restless or moves == _MOST_MOVES else None
-            if motion is not None and settled and furthest > close:
-                motion = motion._replace(cuts_error=2 * furthest)
+            if motion is not None and settled and furthest > 0.0:
+                motion = _with_work_error(motion, _work_of_jumps(solved, before, 2 * moved))
+            if motion is not None and settled:
+                motion = motion._replace(cuts_error=max(close, 2 * furthest))
             elif motion is not None and not settled:  # their work on the wrong branch is an error
                 wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                 counted = _with_work_error(motion, wrong)
@@ -824,15 +826,27 @@ def errors_by_stiffness(solved: Periodic) -> tuple[Any, Any]:
     return off, 0.0 if solved.sensitivity is None else 0.5 * solved.sensitivity.by_square * eps * off
 
 
+def _work_of_jumps(solved: Periodic, cuts: Array, moved: Array) -> float:
+    """The work (J) by which jumps of the moment at cuts change it where these move by angles (rad)."""
+    ends = cells.ends(cells.fit(solved.rate.moment))
+    place = solved.moments.mesh.edges.searchsorted(cuts) % len(ends)
+    return float(np.abs(ends[place, 0] - ends[place - 1, 1]) @ moved)
+
+
 def _with_work_error(motion: OwnMotion, work: float) -> OwnMotion:
     """A motion whose moment has an error of work (J), with that in its errors."""
-    solved, run = motion.solved, motion.run
+    solved, run, cycle = motion.solved, motion.run, motion.cycle
     least = float(solved.lightest)
+    pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half).sum()
+    of_balance = 1.0 + work * (1.0 + 2.0 * pulled / (solved.speed**2 * least)) / max(cycle.errors.net, 1e-300)
+    errors = cycle.errors._replace(work=cycle.errors.work + 2.0 * work, net=cycle.errors.net + work)
+    cycle = cycle._replace(errors=errors, balance_error=cycle.balance_error * of_balance)
     level = work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * least) if motion.level_error > 0.0 else 0.0
     off = 4.0 * work / (solved.speed**2 * least) / max(run.irregularity, 1e-300)
     bound = 0.0 if solved.sensitivity is None else solved.sensitivity.by_work * work
     return motion._replace(
-        run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level),
+        cycle=cycle,
+        run=run._replace(error=run.error + off + 4.0 * level, level=run.level + level, cycle=cycle),
         level_error=motion.level_error + level,
         inertia_bound=motion.inertia_bound + bound,
     )
@@ -869,32 +883,3 @@ def kept_work(solved: Periodic, errors: CycleErrors, left: Any) -> Any:
         kept = np.minimum(kept * grown[..., k] + made[..., k], work)
         most = np.maximum(most, kept)
     return np.minimum(most + inside.max(axis=-1), work)
-
-
-def error_of_speeds(motion: OwnMotion) -> float:
-    """Error (rad) of the angles of extreme speed due to the effect of errors of speed on M* - omega² dI*/dphi/2 there.
-
-    d phi = (|dF/d omega| + omega |dI*/dphi|) d omega/|d(M* - omega² dI*/dphi/2)/dphi| at a root inside a cell, at most the
-    width of the cell.
-    """
-    run, rate, mesh = motion.run, motion.solved.rate, motion.solved.moments.mesh
-    cycle = run.cycle
-    assert cycle is not None
-    speeds, places = np.array([[run.speed_max, run.speed_min], [run.angle_speed_max, run.angle_speed_min]])
-    cell, t = cells.located(cycle.mesh, places)
-    half = mesh.half.take(cell)
-    rising = cycle.series[1].take(cell, axis=0)
-    rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * rising
-    by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)
-    of_speed = speeds * (0.5 * run.irregularity * run.error + motion.level_error + 8 * ROUNDING)
-    off = (np.abs(by_speed) + speeds * np.abs(cells.value(rising, t))) * of_speed
-    errors = np.minimum(off * half / np.maximum(np.abs(cells.slope(rows, t)), 1e-300), 2.0 * half)
-    return float(errors[np.abs(t) < 1.0].max(initial=0.0))
-
-
-def error_of_cuts(motion: OwnMotion) -> float:
-    """Error (rad) of the angles of extreme speed at which cells are cut by the motion itself."""
-    moments, run = motion.solved.moments, motion.run
-    angles, edges = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
-    cut = np.isin(angles, moments.mesh.edges) & (np.abs(angles[:, None] - edges).min(axis=1) > 1e-9 * edges[-1])
-    return max(_SWITCH_MOVE * float(edges[-1]), motion.cuts_error) if cut.any() else 0.0

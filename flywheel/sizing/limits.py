@@ -199,8 +199,7 @@ class Search:
         swings: True if a motor has states of its own, so that a lighter flywheel may keep turning where a heavier one stops.
         per_decade: flywheels of the grid in a decade.
         in_turn: flywheels without a motion in turn, after which lighter ones are looked at from none up.
-        stopped: a flywheel (kg m²) with which, as with any lighter one, there is certainly no motion, or none that is
-            determined.
+        stopped: a flywheel (kg m²) with which, as with any lighter one, there is certainly no motion.
 
     """
 
@@ -626,9 +625,7 @@ def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) ->
     ends = extent(figures.fluctuation, least, greatest, figures.speed, requirements.get(IRREGULARITY, 2.0))
     swings = circuit_of(scene) is not None
     resonant = swings and resonates(machine, figures.speed, grid_inertias(*ends), unknown)
-    dense = PER_DECADE_RESONANT if resonant else PER_DECADE
-    stopped = 0.0 if figures.extent.least <= figures.extent.error else -np.inf  # without inertia at some angle
-    search = Search(requirements, *ends, rtol, swings=swings, per_decade=dense, stopped=stopped)
+    search = Search(requirements, *ends, rtol, swings=swings, per_decade=PER_DECADE_RESONANT if resonant else PER_DECADE)
     at, together, left = partial(_at, machine, branch), dict[float, FlywheelPoint](), search.inertias
 
     def of_grid(inertia: float, error: float) -> FlywheelPoint:

@@ -103,7 +103,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         cyclic=Stability(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
         exact=(max(motion.inertia, 0.0), off),
         broken=broken,
-        extremes_error=periodic_motion.error_of_cuts(motion) + periodic_motion.error_of_speeds(motion),
+        extremes_error=_error_of_extremes(motion),
         limits=reached,
         binding=binding,
         messages=messages,
@@ -123,6 +123,31 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
         return figures, 0.0
     closer, loose = constant_speed.closed_cycle_speed(machine, figures.cycle, speed)
     return (figures if closer == speed else figures_at(closer)), loose
+
+
+def _error_of_extremes(motion: OwnMotion) -> float:
+    """Error (rad) of the angles of extreme speed, by errors of speed and, where the motion itself cuts cells, of these cuts.
+
+    d phi = (|dF/d omega| + omega |dI*/dphi|) d omega/|d(M* - omega² dI*/dphi/2)/dphi| at a root inside a cell, at most the
+    width of the cell.
+    """
+    run, rate, mesh = motion.run, motion.solved.rate, motion.solved.moments.mesh
+    cycle = run.cycle
+    assert cycle is not None
+    speeds, places = np.array([[run.speed_max, run.speed_min], [run.angle_speed_max, run.angle_speed_min]])
+    cell, t = cells.located(cycle.mesh, places)
+    half = mesh.half.take(cell)
+    rising = cycle.series[1].take(cell, axis=0)
+    rows = cycle.series[0].take(cell, axis=0) - 0.5 * speeds[:, None] ** 2 * rising
+    by_speed = cells.value(cells.fit(rate.by_speed).take(cell, axis=0), t)
+    of_speed = speeds * (0.5 * run.irregularity * run.error + motion.level_error + 8 * ROUNDING)
+    off = (np.abs(by_speed) + speeds * np.abs(cells.value(rising, t))) * of_speed
+    errors = np.minimum(off * half / np.maximum(np.abs(cells.slope(rows, t)), 1e-300), 2.0 * half)
+    edges = motion.solved.moments.machine.mesh
+    cut = np.isin(places, motion.solved.moments.mesh.edges) & (
+        np.abs(places[:, None] - edges).min(axis=1) > 1e-9 * edges[-1]
+    )
+    return float(errors[np.abs(t) < 1.0].max(initial=0.0)) + (motion.cuts_error if cut.any() else 0.0)
 
 
 # -- machines without inertia ------------------------------------------------------------------------------------------

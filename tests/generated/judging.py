@@ -718,8 +718,10 @@ def _kept(scene: Scene, loaded: Any, sizing: Any) -> Verdict:
             loaded, start="regime", end=f"{2 * cycle!r} rad", inertia=inertia, balance=balance, rtol=1e-8
         )
     )
+    limit = any("the limit for ever lighter flywheels" in message for message in sizing.messages)  # none to start with
     if answer.outcome or answer.refusal:
-        return Verdict("regime", answer.outcome or "untrue", answer.detail or answer.refusal, answer.seconds)
+        outcome = answer.outcome or ("refused" if limit else "untrue")
+        return Verdict("regime", outcome, answer.detail or answer.refusal, answer.seconds)
     run, omega = answer.value, float(speed_at(sizing, 0.0))
     growth = max(1.0, abs(figures.get("multiplier") or 1.0)) ** 2
     said = 10 * max(run.error, figures["error"]["simulation"] or 0.0, FLOOR) * growth

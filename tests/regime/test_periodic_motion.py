@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mpmath import mp
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -314,6 +315,40 @@ def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
     with pytest.raises(NoRegimeError, match="stop within the cycle"):
         periodic_motion.own_motion(machine, 7.5, Demand(0.2, None, None), 0.0, 0.0, 1e-4)
+
+
+@pytest.mark.parametrize("k", range(0, 40, 3))
+def test_what_moves_of_a_jump_at_a_speed_is_in_the_errors(k):
+    """A rotor whose load jumps at a speed, in closed form: on its four pieces the energy is a straight line of the angle."""
+    inertia, load, further, mean = 40.0, 120.0, round(7.0 + 0.37 * k, 2), 10.0
+    jump = round(9.9 + 0.007 * k, 4)
+    with mp.workdps(40):
+        at_jump = mp.mpf(inertia) * mp.mpf(repr(jump)) ** 2 / 2
+
+        def lowest(drive, highest):
+            return at_jump - (load - drive) * (mp.pi - (highest - at_jump) / (load + further - drive))
+
+        def missed(drive, highest):
+            left = mp.pi - (at_jump - lowest(drive, highest)) / drive
+            speeds = [mp.sqrt(2 * energy / inertia) for energy in (highest, lowest(drive, highest))]
+            return at_jump + (drive - further) * left - highest, sum(speeds) / 2 - mean
+
+        drive, highest = mp.findroot(missed, (load / 2 + further / 2, inertia * (1.02 * mean) ** 2 / 2))
+        top, bottom = (mp.sqrt(2 * energy / inertia) for energy in (highest, lowest(drive, highest)))
+        scene = {
+            "inertia": [{"on": "crank", "value": inertia}],
+            "load": [
+                {"on": "crank", "torque": -load, "from": 0, "to": "180 deg"},
+                {"on": "crank", "torque": f"-{further!r}*(omega > {jump!r})"},
+            ],
+            "drive": {"torque": "balance"},
+            "regime": {"speed": mean},
+            "flywheel": {"inertia": 0.0},
+        }
+        result = flywheel.size(flywheel.load(scene), accuracy="normal")
+        errors = result.as_dict()["error"]
+        assert abs(result.balance.value / drive - 1) <= errors["balance"] <= 1e-9
+        assert abs(result.simulation.irregularity / (2 * (top - bottom) / (top + bottom)) - 1) <= errors["irregularity"]
 
 
 def made_to_measure(inertia, damping, speed, share):

@@ -180,32 +180,6 @@ def test_nothing_binds_where_the_machine_keeps_its_limits_alone():
     assert sizing.limits["motor_torque"].reached < 1.6
 
 
-def test_limits_are_not_kept_without_a_flywheel_where_nothing_weighs_at_a_dead_centre():
-    """With J = 0, I* is 0 there, as `inertia = 0` is refused: the lightest flywheel is above 0, and not known."""
-    motor = {
-        "type": "induction",
-        "power": 60.0,
-        "speed": "960 rpm",
-        "poles": 6,
-        "frequency": "50 Hz",
-        "breakdown_ratio": 2.4,
-    }
-    scene: dict[str, Any] = {
-        "mechanism": {"type": "scotch-yoke", "crank": {"length": 0.1}, "yoke": {"mass": 5.0}},
-        "load": [{"on": "yoke", "force": "-20*v"}],
-        "drive": {"on": "motor", "motor": motor},
-        "shafts": {"motor": {"ratio": 10.0}},
-    }
-    with pytest.raises(SceneError, match="I\\* \\+ J = 0 kg m²"):
-        flywheel.size(flywheel.load(scene | {"flywheel": {"inertia": 0.0}}))
-    of_limits = flywheel.load(scene | {"flywheel": {"limits": {"motor_rms": 1.3}}})
-    result = flywheel.size(of_limits)
-    assert 0.0 < result.flywheel.exact < 1e-6
-    assert result.as_dict()["error"]["exact"] == 1.0
-    swept = flywheel.sweep(of_limits, {"flywheel.limits.motor_rms": [1.3, 1.4]})
-    assert (np.isnan(swept["exact"]) | (swept["exact"] > 0.0)).all()
-
-
 def test_of_a_figure_that_rises_between_the_least_crossing_counts(monkeypatch):
     def hump(_machine: Any, motion: Any, rtol: float) -> dict[str, Share]:
         total = motion.inertia + 1.0
