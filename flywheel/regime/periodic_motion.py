@@ -790,9 +790,11 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
     free = moments.machine.sets_its_speed and not balanced
     energy, of_states = square * np.maximum(start, 1e-300), []
     level = closing / (np.maximum(np.abs(solved.damping), 1e-300) * energy) if free else 0.0
+    missed = np.abs(eps - (eps if demand.irregularity is None else demand.irregularity))  # of what the flywheel is sized for
+    missed_share = missed / np.where(eps > 0.0, eps, np.inf)
     if solved.reach is not None and solved.closing is not None:  # nothing decays by itself, and errors swing along
         carried_on = solved.reach @ np.concatenate(([closing], solved.closing[1:]))
-        kept, of_states = carried_on[0], carried_on[1:].tolist()
+        kept, of_states = carried_on[0], (carried_on[1:] + missed_share * np.ptp(state.edges[:, 1:], axis=0)).tolist()
         level = kept / energy
     apart = 2 * kept
     if balanced and moments.circuit is None:  # e is 0 somewhere, as the mean of extremes is given: |e| <= work + G |e|
@@ -802,7 +804,7 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         apart = kept / (1.0 - np.minimum(spread * fading, 0.5))
     off = (apart + 0.5 * (1 + eps / 2) ** 2 * square * errors.variation) / square / solved.lightest
     off += eps * (errors.start / solved.lightest + 4 * ROUNDING + 2 * solved.left)
-    relative = off / np.where(eps > 0.0, eps, np.inf)
+    relative = off / np.where(eps > 0.0, eps, np.inf) + missed_share
     varying, speed, balance = 0.5 * eps * relative, 0.0, 1.0  # what speeds may be off the level
     if free:
         high, low = np.moveaxis(1.0 + solved.extremes.excess, -1, 0) * (solved.reference / solved.speed)
@@ -813,7 +815,6 @@ def motion_errors(solved: Periodic, demand: Demand, errors: CycleErrors, start: 
         balance = 1.0 + varying * pulled / np.maximum(errors.net, 1e-300)
     bound, answer = 0.0, solved.sensitivity
     if answer is not None:
-        missed = np.abs(eps - (eps if demand.irregularity is None else demand.irregularity))
         bound = answer.by_square * (varying + missed) + answer.by_work * closing
     return MotionErrors(relative, speed, level, bound, balance, of_states)
 

@@ -733,7 +733,7 @@ def _smallest(scene: Scene, search: Search) -> Steps[Smallest]:
         raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
     motion = point.motions[0]
     figures = dict(point.shares)
-    if inertia > 0.0 and scene.limits:  # what the error of the inertia makes of each
+    if inertia > 0.0 and (scene.limits or point.error is None):  # what the error of the inertia makes of each
         for name, share in figures.items():
             figures[name] = share._replace(error=share.error + (yield from search.slope(name, point)) * error)
         beside, distance = (yield from search.beside(point)) or (None, 1.0)
