@@ -28,6 +28,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import NOT_NEGATIVE, POSITIVE, Fault, SceneError, number_faults, refuse
 from flywheel.regime import turning_moment
 from flywheel.regime.branch import Existence
+from flywheel.regime.cycle_equations import NoRegimeError
 from flywheel.regime.periodic_motion import OwnMotion
 from flywheel.scene.scene import Phase, Scene
 from flywheel.sizing import limits
@@ -132,8 +133,14 @@ def sized(scene: Scene, size: Callable[[Scene], Sizing], plain: Callable[[Scene]
     alone = _all(running, lambda phase: plain(_scene(phase)))
     spans = {_of(phase): ranges(alone[phase.name]) for phase in running}
     if whole:
-        search, at = _search(scene, running, alone, whole)
-        spans |= {name: limits.answered(search.spans(name), at) for name in whole}
+        branches = _PhaseBranches(scene, running, alone, whole)
+        search = _search(running, alone, whole)
+        try:
+            spans |= {name: limits.answered(search.spans(name), branches.at) for name in whole}
+        except NoRegimeError as stopped:
+            expected = "a motion that returns to its speed each cycle"
+            fault = Fault("flywheel.limits", str(stopped), expected)
+            raise branches.refusal or SceneError([fault]) from None
         limits.check_reached(search, {name: spans[name] for name in whole}, 1.0, duty=True)
     limits.check_together(spans, 1.0)
     every = limits.together(spans.values())
@@ -266,6 +273,7 @@ class _PhaseBranches:
         self.lightest = max(sizing.inertia or 0.0 for sizing in alone.values())
         self.rated = {phase.name: _rated(alone[phase.name]) for phase in running}
         self.linear = dict[str, tuple[_PhaseStart, _PhaseStart, float]]()
+        self.refusal: SceneError | None = None  # the last of a start
 
     def at(self, inertia: float, rtol: float) -> FlywheelPoint:
         """The limits of the duty with a flywheel (kg m² at its own shaft), and the motions of its phases."""
@@ -276,7 +284,8 @@ class _PhaseBranches:
         motions = {p.name: finding.motion for p, finding in zip(self.running, findings, strict=True) if finding.motion}
         try:
             rows = [self._row(phase, motions.get(phase.name), inertia, rtol) for phase in self.scene.duty]
-        except SceneError:  # starts that do not come to the regime, or not in time
+        except SceneError as error:  # starts that do not come to the regime, or not in time
+            self.refusal = error
             return FlywheelPoint(inertia, Existence.NONE)
         shares = dict[str, Share]()
         for name in self.names:
@@ -321,17 +330,14 @@ class _PhaseBranches:
         return _PhaseStart(time, work, heat, between(light.square, heavy.square), heavy.error)
 
 
-def _search(
-    scene: Scene, running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]
-) -> tuple[limits.Search, Callable[[float, float], limits.FlywheelPoint]]:
-    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty, and its steady motions."""
-    branches = _PhaseBranches(scene, running, alone, whole)
+def _search(running: list[Phase], alone: Mapping[str, Sizing], whole: Mapping[str, float]) -> limits.Search:
+    """The search over flywheels (kg m² at their own shaft) for the limits of a whole duty."""
     extents = [limits.extent_of(alone[phase.name]) for phase in running]
     own, heaviest = min(each[0] for each in extents), max(each[1] for each in extents)
     swings = any(circuit_of(_scene(phase)) is not None for phase in running)
     dense = limits.PER_DECADE_RESONANT if swings else limits.PER_DECADE
     rtol = next(iter(alone.values())).rtol
-    return limits.Search(whole, own, heaviest, rtol, swings=swings, per_decade=dense), branches.at
+    return limits.Search(whole, own, heaviest, rtol, swings=swings, per_decade=dense)
 
 
 def _rated(sizing: Sizing) -> dict[str, float]:
@@ -498,12 +504,14 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     energy, scene, cycle = sizing.energy, sizing.scene, sizing.cycle
     assert energy is not None
     rated = None if scene.motor is None else scene.motor.rated
-    heat, share, off = energy.copper_heat, energy.copper_heat_share, energy.errors.get("copper_heat_share", 0.0)
+    heat, share = energy.copper_heat, energy.copper_heat_share
+    off, of_share = (energy.errors.get(name, 0.0) for name in ("copper_heat", "copper_heat_share"))
     motor, run = scene.motor, sizing.run
     if motor is not None and rated is not None and motor.heated == "rotor_heat" and cycle is not None and run is not None:
         shaft = MotorShaft(scene, cycle, run, sizing.speed, sizing.rtol)
         share, error = heat_share(motor, shaft)
         heat, off = share * motor.rated_total_heat, error / max(share, ROUNDING)
+        of_share = off
     values = {
         "mean_power": energy.mean_power,
         "rms_torque": energy.rms_torque,
@@ -519,7 +527,7 @@ def _of_motor(sizing: Sizing) -> tuple[dict[str, Any], dict[str, float]]:
     scales = {"mean_power": exchanged * sizing.speed, "rms_torque": exchanged / ratio}
     scales["rms_torque_share"] = 0.0 if rated is None else exchanged / ratio / rated.torque
     scales |= {"heat": 0.0, "heat_share": 0.0, "current_rms": 0.0}
-    own = {"heat": off, "heat_share": off, "current_rms": energy.errors.get("current_rms", off)}
+    own = {"heat": off, "heat_share": of_share, "current_rms": energy.errors.get("current_rms", off)}
     figures = {name: value for name, value in values.items() if value is not None}
     return values, {n: own.get(n, relative) * max(abs(value), scales[n]) for n, value in figures.items()}
 

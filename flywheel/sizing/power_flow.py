@@ -231,12 +231,17 @@ class _Train:
             return 1.0
         return np.where(entering[:, MIDDLE : MIDDLE + 1] > 0.0, 1.0 / efficiency, efficiency)
 
+    def passes_inwards(self, name: str, entering: Array, half: Array) -> bool:
+        """Tests whether a mesh passes power to the nearer shaft on average, by more than rounding."""
+        passed = cells.integral((self._meshed(name, entering) + 1.0) * entering, half)
+        return float(passed.sum()) < -cells.TIE * float(np.abs(passed).sum())
+
     def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Power]:
         """Power through a shaft's mesh, from the shaft that gives on average to the one that takes, and the loss."""
         scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.scene.near(name)}"
         power = self._meshed(name, entering) * entering
         lost = power - entering
-        inwards = float(cells.integral(power + entering, mesh.half).sum()) < 0.0
+        inwards = self.passes_inwards(name, entering, mesh.half)
         source, target, arriving = (here, there, -power) if inwards else (there, here, entering)
         yield _Power(source, target, "shaft", here, name, arriving)
         slip = scene.transmissions[name].slip if name in scene.transmissions else 0.0
@@ -333,7 +338,7 @@ def _shafts(sizing: Sizing, train: _Train, flows: _Flows, period: float) -> Iter
             yield ShaftFlow(name, None, None, ratio, *speeds)
             continue
         near, moment = scene.near(name), flows.passed[name]
-        inwards = float(cells.integral((train._meshed(name, moment) + 1.0) * moment, half).sum()) < 0.0
+        inwards = train.passes_inwards(name, moment, half)
         moment = -moment if inwards else moment
         torque, power = moment / ratio, moment * omega
         yield ShaftFlow(

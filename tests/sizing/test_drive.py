@@ -124,6 +124,24 @@ def test_figures_of_a_duty_allow_for_what_is_open_of_its_least_flywheel():
         assert abs(getattr(loose, name) / getattr(sharp, name) - 1.0) <= loose.errors[name], name
 
 
+def test_the_heat_of_a_motor_without_a_rated_point_has_an_error_over_a_duty():
+    """It is that of its copper: 2e-5 off at a loose accuracy, with nothing stated before it had its own."""
+    motor = {"type": "dc", "voltage": "200 V", "resistance": "6 ohm", "constant": "1.3 V s", "inductance": "0.05 H"}
+    plain = scene(*PHASES, drive={"on": "motor", "motor": motor})
+    loose, sharp = (flywheel.size(plain, rtol, accuracy="normal") for rtol in (1e-2, 1e-12))
+    stated = loose.as_dict()["error"]["duty"]["heat"]
+    assert 1e-10 < abs(loose.duty.heat / sharp.duty.heat - 1.0) <= stated < 1e-2
+
+
+def test_a_start_that_no_flywheel_makes_possible_is_refused_with_its_reason():
+    """At the flywheel by which the search begins: there is no start with any."""
+    phases = ({"name": "running", "duration": "60 s"}, {"name": "started", "cycles": 40, "starts": 1})
+    load = [PULSE, {"on": "crank", "model": {"type": "losses", "constant": 40.0}}]
+    wheel = {"limits": {"irregularity": 0.08, "motor_heat": 1.4}}
+    with pytest.raises(flywheel.SceneError, match=r"duty\[1\].starts: found a start that does not reach"):
+        flywheel.size(scene(*phases, load=load, flywheel=wheel), accuracy="normal")
+
+
 @pytest.mark.slow
 def test_limits_of_heat_and_rms_torque_are_kept_over_the_whole_duty(punch):
     def limited(**limits):
