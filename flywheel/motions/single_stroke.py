@@ -58,6 +58,7 @@ _LONGEST_WAIT, _WAITING = 3.0, 0.1  # of the logarithm of the period over that a
 _NEIGHBOUR = 0.2  # relative: by how much a stroke may differ from one whose errors, times the latter, serve for it
 _LIKENESS = frozenset(("inertia", "period", "speed_least", "slip_time", "clutch_heat", "brake_heat", "mean_power"))
 _ADDING = 100.0  # tolerances of a step, which the errors of a stroke add up to
+_OF_STEPS = 10.0  # the same of a figure: of steps that are the same at a greater tolerance
 _NO_CYCLE = (
     *("balance", "areas", "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy"),
     *("angle_speed_max", "angle_speed_min", "reduced_inertia", "simulation"),
@@ -72,7 +73,7 @@ _LOADS_OF = {
     "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
 _SERVO = "mean_speed", "continuous_share", "peak_speed", "peak_share", "inertia_ratio"
-_HOUR, _SAFETY, _CARRIED = 3600.0, 2.0, 1.5
+_HOUR, _SAFETY, _CARRIED = 3600.0, 4.0, 1.5
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 _HEAVIEST_GIVEN = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 
@@ -387,12 +388,15 @@ def single_stroke(
             greatest, decides, off = _greatest_rate(roughest, loose)
         if like is None:
             assert loose is not None
-            error = {**_errors(strokes, tight, loose), "greatest_rate": off}
+            of_wheel = 0.0
             if scene.inertia is None:
                 of_limits = {
                     name: _wheel_errors(*run, name, requirements_of(scene)[name], closest) for name, run in alone.items()
                 }
-                error["inertia"] = strokes.inertia * of_limits.get(binding or IRREGULARITY, (0.0, 0.0))[1]
+                of_wheel = of_limits.get(binding or IRREGULARITY, (0.0, 0.0))[1]
+            error = {**_errors(strokes, tight, loose, of_wheel), "greatest_rate": off}
+            if scene.inertia is None:
+                error["inertia"] = strokes.inertia * of_wheel
         else:
             error = {
                 name: {each: _CARRIED * one for each, one in off.items()} if isinstance(off, Mapping) else _CARRIED * off
@@ -425,11 +429,18 @@ def single_stroke(
     )
 
 
-def _errors(strokes: Strokes, tight: _StrokeRun, loose: _StrokeRun) -> dict[str, Any]:
-    """Absolute errors of the figures, shares and energies of a stroke by the same with a greater tolerance."""
-    begin, turns = tight.phases.begin, strokes.plan.continuous * TURN
-    returns = max(abs(tight.phases.speed / begin[0] - 1.0), abs(tight.phases.rest - turns - begin[1]) / TURN)
-    least = _SAFETY * returns + strokes.rtol  # relative: Newton's method leaves so much, whatever the difference
+def _errors(strokes: Strokes, tight: _StrokeRun, loose: _StrokeRun, of_wheel: float) -> dict[str, Any]:
+    """Absolute errors of the figures, shares and energies of a stroke by the same with a greater tolerance.
+
+    At least they have, relative, what is open of the flywheel, and what Newton's method leaves: the more, the slower what a
+    stroke begins with fades in the strokes that follow.
+    """
+    phases, turns = tight.phases, strokes.plan.continuous * TURN
+    returns = np.array([phases.speed / phases.begin[0] - 1.0, (phases.rest - turns - phases.begin[1]) / TURN])
+    if phases.slopes is not None:
+        scale = np.array([phases.begin[0], TURN])
+        returns = np.linalg.solve(np.eye(2) - phases.slopes[:2, :2] * scale / scale[:, None], returns)
+    least = _SAFETY * float(np.abs(returns).max()) + _OF_STEPS * strokes.rtol + of_wheel
     error: dict[str, Any] = _off(tight.figures, loose.figures, least)
     error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
     if tight.windings is not None:
@@ -465,7 +476,7 @@ def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:
 
 
 def _off(tight: Mapping[str, Any], loose: Mapping[str, Any], least: float) -> dict[str, float]:
-    """Absolute errors of figures: the difference to a run with a greater tolerance, doubled, and a least relative one."""
+    """Absolute errors of figures: four times the difference to a run with a greater tolerance, and a least relative one."""
     pairs = {name: (value, loose[name]) for name, value in tight.items() if isinstance(value, float)}
     return {name: _SAFETY * abs(one - other) + least * abs(one) for name, (one, other) in pairs.items()}
 
@@ -775,7 +786,7 @@ def _scale(strokes: Strokes) -> float:
 def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> tuple[float, float]:
     """Relative errors of the figure of a limit, and of the flywheel that just keeps it.
 
-    The first is the difference to a run with a greater tolerance, doubled, and the tolerance of a step. With the excess
+    The first is four times the difference to a run with a greater tolerance, and the tolerance of a step. With the excess
     over the limit it becomes an error of inertia by the change of the figure to a flywheel on either side that differs
     in it by more. If none up to twice the inertia does, the error is as large as the inertia.
     """
@@ -785,7 +796,7 @@ def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, cl
         return _limited(beside, periodic(beside, phases), [name])[name] / demand
 
     reached, rough, widest = _limited(strokes, phases, [name])[name] / demand, figure_with(strokes.inertia), closest
-    own = _SAFETY * abs(reached - rough) + strokes.rtol
+    own = _SAFETY * abs(reached - rough) + _OF_STEPS * strokes.rtol
     for way in (-1, 1):
         step, off, change = _BESIDE, max(way * (reached - 1.0), 0.0) + own, 0.0
         while change <= off and step < 1.0:
