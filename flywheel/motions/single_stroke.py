@@ -73,7 +73,7 @@ _LOADS_OF = {
     "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
 _SERVO = "mean_speed", "continuous_share", "peak_speed", "peak_share", "inertia_ratio"
-_HOUR, _SAFETY, _CARRIED = 3600.0, 4.0, 1.5
+_HOUR, _SAFETY, _CARRIED = 3600.0, 2.0, 1.5
 _HEAVIEST, _LIGHTEST = 1e5, 1e-3  # times the inertia on either side of the clutch, of flywheels that are searched for
 _HEAVIEST_GIVEN = 1e7  # times the same: a flywheel whose speed a stroke changes by no more than what rounding leaves
 
@@ -390,10 +390,12 @@ def single_stroke(
             assert loose is not None
             of_wheel = 0.0
             if scene.inertia is None:
-                of_limits = {
-                    name: _wheel_errors(*run, name, requirements_of(scene)[name], closest) for name, run in alone.items()
-                }
-                of_wheel = of_limits.get(binding or IRREGULARITY, (0.0, 0.0))[1]
+                demands = requirements_of(scene)
+                of_wheels = {name: _wheel_error(*run, name, demands[name], closest) for name, run in alone.items()}
+                of_wheel = of_wheels.get(binding or IRREGULARITY, 0.0)
+                values, others = (_limited(*run, limits) for run in ((strokes, phases), (rougher, loose.phases)))
+                own = _off(values, others, _OF_STEPS * strokes.rtol)
+                of_limits = {n: (own[n] / max(values[n], 1e-300), of_wheels.get(n, 0.0)) for n in limits}
             error = {**_errors(strokes, tight, loose, of_wheel), "greatest_rate": off}
             if scene.inertia is None:
                 error["inertia"] = strokes.inertia * of_wheel
@@ -478,7 +480,7 @@ def _at_its_rate(strokes: Strokes, near: SingleStroke | None) -> Phases | None:
 def _off(tight: Mapping[str, Any], loose: Mapping[str, Any], least: float) -> dict[str, float]:
     """Absolute errors of figures: four times the difference to a run with a greater tolerance, and a least relative one."""
     pairs = {name: (value, loose[name]) for name, value in tight.items() if isinstance(value, float)}
-    return {name: _SAFETY * abs(one - other) + least * abs(one) for name, (one, other) in pairs.items()}
+    return {name: 2 * _SAFETY * abs(one - other) + least * abs(one) for name, (one, other) in pairs.items()}
 
 
 # -- the figures of a stroke ------------------------------------------------------------------------------------------
@@ -783,20 +785,25 @@ def _scale(strokes: Strokes) -> float:
     return max(own, crank / strokes.ratio**2) / strokes.wheel**2
 
 
-def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> tuple[float, float]:
-    """Relative errors of the figure of a limit, and of the flywheel that just keeps it.
+def _wheel_error(strokes: Strokes, phases: Phases, name: str, demand: float, closest: float) -> float:
+    """Relative error of the flywheel that just keeps a limit.
 
-    The first is four times the difference to a run with a greater tolerance, and the tolerance of a step. With the excess
-    over the limit it becomes an error of inertia by the change of the figure to a flywheel on either side that differs
-    in it by more. If none up to twice the inertia does, the error is as large as the inertia.
+    The figure's own is the difference to a run with a greater tolerance, doubled, and the tolerance of a step. With the
+    excess over the limit it becomes an error of inertia by the change of the figure to a flywheel on either side that
+    differs in it by more. If none up to twice the inertia does, the error is as large as the inertia; so it is of a flywheel
+    that with a greater tolerance does not carry the stroke through.
     """
 
     def figure_with(inertia: float) -> float:
         beside = Strokes(strokes.scene, inertia, _LOOSER * strokes.rtol, strokes)
         return _limited(beside, periodic(beside, phases), [name])[name] / demand
 
-    reached, rough, widest = _limited(strokes, phases, [name])[name] / demand, figure_with(strokes.inertia), closest
-    own = _SAFETY * abs(reached - rough) + _OF_STEPS * strokes.rtol
+    reached, widest = _limited(strokes, phases, [name])[name] / demand, closest
+    try:
+        rough = figure_with(strokes.inertia)
+    except SceneError:
+        return 1.0
+    own = _SAFETY * abs(reached - rough) + strokes.rtol
     for way in (-1, 1):
         step, off, change = _BESIDE, max(way * (reached - 1.0), 0.0) + own, 0.0
         while change <= off and step < 1.0:
@@ -809,7 +816,7 @@ def _wheel_errors(strokes: Strokes, phases: Phases, name: str, demand: float, cl
         widest = max(widest, closest + step * min(_SAFETY * off / change if change else 1.0, 1.0))
         if straight:
             break
-    return own / reached, widest
+    return widest
 
 
 def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str, float]:

@@ -21,6 +21,7 @@ from flywheel.page import data
 from flywheel.reference import text
 from flywheel.report import contents, document
 from flywheel.tables.strokes import blocks
+from tests.generated.strokes import drawn_strokes
 from tests.limits import sample
 
 TURN = 2 * math.pi
@@ -304,6 +305,17 @@ def test_the_flywheel_of_limits_keeps_them_all_and_names_the_one_that_decides():
     given = flywheel.single_stroke(scene.with_({"flywheel": {"on": "wheel", "inertia": result.inertia}}), 1e-7)
     assert given.irregularity == pytest.approx(result.limits["irregularity"].reached, rel=1e-6)
     assert given.motor_torque_peak / 14.0 == pytest.approx(result.limits["motor_torque"].reached, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_limit_whose_flywheel_hardly_carries_the_stroke_through_refuses_no_other():
+    """With 0.2306 kg m², by which its motor's rms torque would be kept, it stalls at a greater tolerance."""
+    scene, _ = drawn_strokes(5480000012)
+    result = flywheel.single_stroke(flywheel.load(scene), 1e-6, rates=False)
+    assert result.binding == "irregularity"
+    assert result.limits["motor_rms"].alone == pytest.approx(0.2306, rel=1e-3)
+    assert result.limits["motor_rms"].alone_error == 1.0
+    assert result.limits["motor_rms"].reached_error < 1e-4
 
 
 @pytest.mark.parametrize("inertia", [3.0, pytest.param(10.0, marks=pytest.mark.slow)])
