@@ -499,26 +499,26 @@ def _compressor(item: Item, site: Site) -> Modelled | None:
 _ENDS = (("torque",), ("force",), ("power",))
 _ENERGY = (_SOURCES,)
 _TYPES = (
-    (Section("constant", "a force or torque against the motion", (_FORCE, _TORQUE), either=_ENDS[:2], reader=_constant),
-     {"EFFORT": None}),
-    (Section("fan", "a fan: it grows with the square of the speed", _FAN, either=_ENDS, reader=_fan),
-     {"EFFORT": None, "SPEED": None}),
-    (Section("pump", "a centrifugal pump: as a fan", _FAN, either=_ENDS, reader=_fan), {"EFFORT": None, "SPEED": None}),
-    (Section("losses", "bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES, reader=_losses),
-     {"constant": "EFFORT"}),
-    (Section("belt", "the drag of a belt on its pulley", _BELT, one_of=(("tight", "power"),), reader=_belt),
-     {"tight": "600 N", "slack": "200 N", "radius": "200 mm"}),
-    (Section("press", "a press: the energy of a stroke, spent over its last part", _PRESS, one_of=_ENERGY, reader=_press),
-     {"energy": "500 J", "thickness": "5 mm"}),
-    (Section("punch", "a punch: as a press", _PRESS, one_of=_ENERGY, reader=_press),
-     {"diameter": "20 mm", "thickness": "5 mm", "shear_strength": "300 MPa"}),
-    (Section("indicator", "gas on a piston, from an indicator diagram", _INDICATOR, one_of=(_WAYS,), reader=_indicator),
-     {"bore": "80 mm", "position": [0, 1], "out": [1e5, 1e5], "back": [1e5, 1e5]}),
-    (Section("compressor", "gas of a reciprocating compressor", _COMPRESSOR, reader=_compressor),
-     {"bore": "80 mm", "clearance": 0.05, "suction": "1 bar", "discharge": "6 bar", "exponent": 1.3}),
+    Section("constant", "a force or torque against the motion", (_FORCE, _TORQUE), either=_ENDS[:2], reader=_constant,
+            begin={"EFFORT": None}),
+    Section("fan", "a fan: it grows with the square of the speed", _FAN, either=_ENDS, reader=_fan,
+            begin={"EFFORT": None, "SPEED": None}),
+    Section("pump", "a centrifugal pump: as a fan", _FAN, either=_ENDS, reader=_fan, begin={"EFFORT": None, "SPEED": None}),
+    Section("losses", "bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES, reader=_losses,
+            begin={"constant": "EFFORT"}),
+    Section("belt", "the drag of a belt on its pulley", _BELT, one_of=(("tight", "power"),), reader=_belt,
+            begin={"tight": "600 N", "slack": "200 N", "radius": "200 mm"}),
+    Section("press", "a press: the energy of a stroke, spent over its last part", _PRESS, one_of=_ENERGY, reader=_press,
+            begin={"energy": "500 J", "thickness": "5 mm"}),
+    Section("punch", "a punch: as a press", _PRESS, one_of=_ENERGY, reader=_press,
+            begin={"diameter": "20 mm", "thickness": "5 mm", "shear_strength": "300 MPa"}),
+    Section("indicator", "gas on a piston, from an indicator diagram", _INDICATOR, one_of=(_WAYS,), reader=_indicator,
+            begin={"bore": "80 mm", "position": [0, 1], "out": [1e5, 1e5], "back": [1e5, 1e5]}),
+    Section("compressor", "gas of a reciprocating compressor", _COMPRESSOR, reader=_compressor,
+            begin={"bore": "80 mm", "clearance": 0.05, "suction": "1 bar", "discharge": "6 bar", "exponent": 1.3}),
 )  # fmt: skip
-TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(model.name for model, _ in _TYPES))
-LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys), begin=begin) for model, begin in _TYPES}
+TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(model.name for model in _TYPES))
+LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys)) for model in _TYPES}
 """Models of loads: keys, reader of the law, and initial values on a form."""
 
 

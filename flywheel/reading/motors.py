@@ -627,39 +627,38 @@ CURVE = Section(
 _FULL = (("torque", "power", "full_load"),)
 _CONTINUOUS = (("torque", "power"), ("efficiency", "resistance"))
 _TYPES = (
-    (Section("constant", "a torque that does not depend on speed", _CONSTANT, reader=_constant, makes=Constant),
-     {"torque": "40 N m"}),
-    (Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line, makes=Line),
-     {"no_load_speed": "1500 rpm", "starting_torque": "100 N m"}),
-    (CURVE, CURVE.begin),
-    (Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc, makes=DC),
-     {"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"}),
-    (Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction, makes=Induction),
-     {"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5}),
-    (Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous, makes=Synchronous),
-     {"power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2, "asynchronous_slip": 0.04}),
-    (Section("servo", "a servo drive that holds a speed within its area", _SERVO, one_of=_CONTINUOUS, reader=_servo,
-             makes=Servo),
-     {"speed": "3000 rpm", "torque": "8 N m", "peak_torque": "30 N m", "corner_speed": "2500 rpm",
-      "maximum_speed": "5000 rpm", "set_speed": "1500 rpm", "efficiency": "90 %"}),
-    (Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic,
-             makes=Hydraulic),
-     {"displacement": "160 cm^3", "flow": "240 l/min", "pressure": "140 bar", "volumetric_efficiency": 0.92,
-      "mechanical_efficiency": 0.93}),
-    (Section("engine", "an engine under a governor", _ENGINE, one_of=_FULL, reader=_engine, makes=Engine),
-     {"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"}),
+    Section("constant", "a torque that does not depend on speed", _CONSTANT, reader=_constant, makes=Constant,
+            begin={"torque": "40 N m"}),
+    Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line, makes=Line,
+            begin={"no_load_speed": "1500 rpm", "starting_torque": "100 N m"}),
+    CURVE,
+    Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc, makes=DC,
+            begin={"voltage": "220 V", "resistance": "0.5 ohm", "constant": "1.2 V s/rad"}),
+    Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction, makes=Induction,
+            begin={"power": "3 kW", "speed": "1415 rpm", "poles": 4, "frequency": "50 Hz", "breakdown_ratio": 2.5}),
+    Section("synchronous", "a synchronous motor, by its load angle", _SYNCHRONOUS, reader=_synchronous, makes=Synchronous,
+            begin={"power": "15 kW", "poles": 4, "frequency": "50 Hz", "pull_out_ratio": 2, "asynchronous_slip": 0.04}),
+    Section("servo", "a servo drive that holds a speed within its area", _SERVO, one_of=_CONTINUOUS, reader=_servo,
+            makes=Servo,
+            begin={"speed": "3000 rpm", "torque": "8 N m", "peak_torque": "30 N m", "corner_speed": "2500 rpm",
+                   "maximum_speed": "5000 rpm", "set_speed": "1500 rpm", "efficiency": "90 %"}),
+    Section("hydraulic", "a hydraulic motor behind a pump and a relief valve", _HYDRAULIC, reader=_hydraulic,
+            makes=Hydraulic,
+            begin={"displacement": "160 cm^3", "flow": "240 l/min", "pressure": "140 bar", "volumetric_efficiency": 0.92,
+                   "mechanical_efficiency": 0.93}),
+    Section("engine", "an engine under a governor", _ENGINE, one_of=_FULL, reader=_engine, makes=Engine,
+            begin={"speed": "1500 rpm", "power": "10 kW", "droop": "5 %"}),
 )  # fmt: skip
-MOTOR_TYPE = Key("type", "choice", "its type", required=True, choices=tuple(motor.name for motor, _ in _TYPES))
+MOTOR_TYPE = Key("type", "choice", "its type", required=True, choices=tuple(motor.name for motor in _TYPES))
 MOTORS = {
     motor.name: motor._replace(
         keys=(
             *(MOTOR_TYPE, *motor.keys, _INERTIA),
             *([_START] if motor.makes.starts else []),
             *([_THERMAL] if motor.makes.heated else []),
-        ),
-        begin=begin,
+        )
     )
-    for motor, begin in _TYPES
+    for motor in _TYPES
 }
 """Types of motor: keys, the function that makes the motor of them, class, and the values on a new form."""
 TABLES = {"full_load": CURVE, "start": START, "inverter": INVERTER, "thermal": THERMAL}

@@ -296,7 +296,7 @@ def test_the_locked_rotor_leaves_the_running_branch_as_it_is():
 def test_losses_add_up_at_the_rated_point():
     result = motor(efficiency=0.87)
     taken = math.sqrt(3) * 400.0 * 15.0 * 0.83  # current and power factor count
-    assert result.electric_power(result.speed) == pytest.approx(taken, rel=1e-13)
+    assert result.input_power(result.speed, result.torque(result.speed)) == pytest.approx(taken, rel=1e-13)
     losses = result.stator_heat(result.speed) + result.rotor_heat(result.speed) + result.constant_losses
     assert losses == pytest.approx(taken - 7500.0, rel=1e-12)
     twice = result.synchronous_speed - 2 * (result.synchronous_speed - result.speed)

@@ -43,12 +43,12 @@ def test_it_is_the_circuit_at_a_scaled_voltage_and_frequency(frequency, weakenin
         assert float(motor.torque(omega)) == pytest.approx(torque, rel=1e-12)
         assert float(motor.rotor_heat(omega)) == pytest.approx(heat, rel=1e-12)
         stator, constant = float(motor.stator_heat(omega)), motor.constant_losses * float(motor.constant_share(omega))
-        assert float(motor.electric_power(omega)) == pytest.approx(gap + stator + constant, rel=1e-12)
+        assert float(motor.input_power(omega, torque)) == pytest.approx(gap + stator + constant, rel=1e-12)
 
 
 def test_on_the_frequency_of_its_mains_it_is_the_motor_of_the_mains():
     motor, speeds = fed(50.0), np.linspace(-20.0, 250.0, 300)
-    for name in ("torque", "current_share", "rotor_heat", "stator_heat", "electric_power"):
+    for name in ("torque", "current_share", "rotor_heat", "stator_heat"):
         np.testing.assert_allclose(getattr(motor, name)(speeds), getattr(MAINS, name)(speeds), rtol=1e-12)
     assert (motor.rated, motor.stable) == (MAINS.rated, pytest.approx(MAINS.stable))
 
@@ -169,7 +169,7 @@ def test_electric_power_is_shaft_and_losses_where_the_limit_acts():
     assert sizing.energy.rotor_heat == pytest.approx(mean["rotor"], rel=1e-9)
     phi = np.linspace(0.0, 2 * math.pi, 200_001)
     omega = flywheel.regime.turning_moment.speed_over_cycle(sizing.run.cycle, sizing.speed, sizing.run, phi[:-1])
-    power = motor.electric_power(omega)
+    power = motor.input_power(omega, motor.torque(omega))
     assert np.sum(power / omega) / np.sum(1.0 / omega) == pytest.approx(mean["input"], rel=1e-4)
 
 
@@ -203,7 +203,7 @@ def test_a_motor_that_is_driven_trips_an_inverter_that_takes_nothing_back(more, 
     sizing = flywheel.size(flywheel.load(DRIVEN.replace("{more}", more)))
     load, motor = sizing.inverter, sizing.scene.motor
     omega = sizing.run.speed_max  # where it brakes hardest
-    returned = -float(motor.electric_power(omega))
+    returned = -float(motor.input_power(omega, motor.torque(omega)))
     assert -load.power_least == pytest.approx(returned, rel=1e-6)
     assert [trip.kind for trip in load.trips if trip.kind != "overcurrent"] == ([] if kind is None else [kind])
     assert any("THE INVERTER TRIPS" in line for line in sizing.messages) == bool(load.trips)

@@ -320,7 +320,7 @@ def test_rates_are_those_of_the_equations():
     current, omega = np.array([0.0, 20.0, -5.0]), np.array([0.0, 100.0, 190.0])
     rates = matrix @ np.stack([current, omega]) + vector[:, None]
     np.testing.assert_allclose(MOTOR.current_rate(omega, current), rates[0], rtol=1e-14)
-    net = (MOTOR.torque_of_current(omega, current) - LOAD) / (MOTOR.inertia + INERTIA)
+    net = (MOTOR.circuit.torque(omega, (current,)) - LOAD) / (MOTOR.inertia + INERTIA)
     np.testing.assert_allclose(net, rates[1], rtol=1e-13)
 
 
@@ -348,7 +348,7 @@ def test_the_law_is_the_steady_state_of_the_equations():
     for omega in (-20.0, 0.0, 100.0, 189.0, 250.0):
         current = MOTOR.current(omega)
         assert MOTOR.current_rate(omega, current) == pytest.approx(0.0, abs=1e-9)
-        assert MOTOR.torque(omega) == pytest.approx(MOTOR.torque_of_current(omega, current), rel=1e-13, abs=1e-13)
+        assert MOTOR.torque(omega) == pytest.approx(MOTOR.circuit.torque(omega, (current,)), rel=1e-13, abs=1e-13)
     matrix, vector = system(MOTOR)
     current, omega = -np.linalg.solve(matrix, vector)
     assert MOTOR.speed_at(LOAD) == pytest.approx(omega, rel=1e-13)

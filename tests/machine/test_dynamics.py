@@ -233,7 +233,7 @@ def test_a_current_that_is_a_state_of_its_own_drives_in_place_of_the_steady_law(
     result = dynamics(scene, 2.0)
     now = result.at(0.5, 3.0, 4.0, states=(10.0,))
     same = DC(voltage=48, resistance=0.4, constant=0.25, inductance=0.002, friction=0.002)
-    assert now.moment == pytest.approx(5 * same.torque_of_current(20.0, 10.0))
+    assert now.moment == pytest.approx(5 * same.circuit.torque(20.0, (10.0,)))
     assert now.rates[0] == pytest.approx(same.current_rate(20.0, 10.0))
 
 

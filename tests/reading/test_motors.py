@@ -244,8 +244,7 @@ def test_an_efficiency_in_per_cent_without_its_sign():
     assert faults(PLATE + ", efficiency = 82")["drive.motor.efficiency"].endswith('write "82 %"')
 
 
-_GOOD = {
-    "constant": {"torque": 3.0},
+_GOOD = {  # where there is more than a new form begins with
     "line": {"no_load_speed": 100.0, "speed": 90.0, "power": 10.0},
     "table": {"speed": [0, 1], "torque": [3, 2], "speed_unit": "rpm", "torque_unit": "N m", "interpolation": "pchip"},
     "dc": {"voltage": 220.0, "power": 1500.0, "speed": 100.0, "efficiency": 0.8, "armature_share": 0.5, "inductance": 0.01},
@@ -309,7 +308,7 @@ def test_whatever_a_key_holds_is_a_motor_or_a_clear_refusal(kind):
     def read(motor: object) -> object:
         return load({"drive": {"motor": motor}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
 
-    good = {"type": kind, **_GOOD[kind], "inertia": 0.1}
+    good = {"type": kind, **_GOOD.get(kind, MOTORS[kind].begin), "inertia": 0.1}
     assert isinstance(read(good), Scene)
     refused = []
     for key in good:

@@ -32,6 +32,7 @@ from flywheel.components.motors.motor import (
     States,
     figure_and_error,
     floats,
+    rpm,
     wrong_numbers,
     wrong_point,
 )
@@ -48,7 +49,7 @@ class DC(Motor):
 
     Without inductance, or where speed changes slowly against the time constant L/R, the current follows the speed,
     i = (U - k omega)/R, and torque is the straight line T = k U/R - (k²/R + b) omega; that is what `law` gives. With
-    inductance the current is a state: `current_rate`, `torque_of_current` and `graph` use it.
+    inductance the current is a state of its `circuit` and its `graph`.
 
     Args:
         voltage: U at the armature, V, above 0.
@@ -271,10 +272,6 @@ class DC(Motor):
             raise SceneError([Fault("inductance", "0 H", "a value above 0", "without it the current follows the speed")])
         return ArmatureCircuit(self).rates(omega, (current,))[0]
 
-    def torque_of_current(self, omega: Any, current: Any) -> Any:
-        """Torque on the shaft k i - b omega, N m, at speeds (rad/s) and currents (A)."""
-        return ArmatureCircuit(self).torque(omega, (current,))
-
     @cached_property
     def circuit(self) -> ArmatureCircuit | None:
         """The armature's current as a state, if it has inductance."""
@@ -405,10 +402,6 @@ def dc_from_plate(
     )
 
 
-def _rpm(speed: float) -> str:
-    return f"{speed * 30 / math.pi:.6g} rpm"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Servo(Motor):
     """A servo drive with a speed controller without integral part, within the peak curve of motor and amplifier.
@@ -475,17 +468,17 @@ class Servo(Motor):
             if (value := getattr(self, name)) is not None:
                 faults += number_faults(name, value, POSITIVE)
         refuse(faults)
-        most = f"below the maximum_speed of {_rpm(self.maximum_speed)}"
+        most = f"below the maximum_speed of {rpm(self.maximum_speed)}"
         for name in ("corner_speed", "set_speed"):
             if not getattr(self, name) < self.maximum_speed:
-                faults.append(Fault(name, _rpm(getattr(self, name)), most, "there the peak curve has fallen to zero"))
+                faults.append(Fault(name, rpm(getattr(self, name)), most, "there the peak curve has fallen to zero"))
         if self.at_rest < self.continuous_torque:
             least = f"the torque of {self.continuous_torque:g} N m at rated speed or more"
             faults.append(Fault("standstill_torque", f"{self.at_rest:g} N m", least))
         refuse(faults)
         for name, at, torque in (("standstill torque", 0.0, self.at_rest), ("rated torque", *self.rated)):
             if (peak := self._peak_law.evaluate({"omega": at}, np)) < torque:
-                defect = f"a peak curve with {peak:.6g} N m at {_rpm(at)}"
+                defect = f"a peak curve with {peak:.6g} N m at {rpm(at)}"
                 advice = "the continuous curve lies within the peak curve"
                 faults.append(Fault("peak_torque", defect, f"at least the {name} of {torque:g} N m", advice))
         refuse(faults[:1] + ([] if self.inverter is None else self.inverter.faults()))
@@ -620,10 +613,6 @@ class Servo(Motor):
         if self.at_rest > self.continuous_torque:
             losses["iron"] = self.losses_at(omega, torque) - copper
         return losses
-
-    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
-        """T omega and the losses, W."""
-        return np.asarray(torque * omega + self.losses_at(omega, torque))
 
     def facts(self) -> Iterator[Fact]:
         """Area of torque and speed, and controller."""

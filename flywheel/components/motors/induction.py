@@ -26,6 +26,7 @@ from flywheel.components.motors.motor import (
     States,
     figure_and_error,
     floats,
+    rpm,
     wrong_numbers,
 )
 from flywheel.language import text as _
@@ -266,9 +267,9 @@ class Induction(Motor):
             field = 2 * math.pi * self.frequency  # of two poles
             pairs = math.floor(field / self.speed)
             fitting = pairs < 100 and 0.0 < 1 - self.speed * pairs / field <= MOST_SLIP
-            defect = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
+            defect = f"{rpm(self.speed)}, a slip of {slip:.3g}"
             expected = (
-                f"a little less than the {_rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
+                f"a little less than the {rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
             )
             advice = f"a motor of this speed has {2 * pairs} poles" if fitting else ""
             raise SceneError([Fault("speed", defect, expected, advice)])
@@ -336,7 +337,7 @@ class Induction(Motor):
         if self.rated_slip <= USUAL_SLIP:
             return ()
         doubt = f"the motor's rated slip is {self.rated_slip:.3g}, as {self.poles:g} poles at {self.frequency:g} Hz turn at"
-        return (f"{doubt} {_rpm(self.synchronous_speed)} without load: check its speed, frequency and poles",)
+        return (f"{doubt} {rpm(self.synchronous_speed)} without load: check its speed, frequency and poles",)
 
     @property
     def no_load_speed(self) -> float:
@@ -600,18 +601,6 @@ class Induction(Motor):
             )
             yield Fact(words, "I_rms", energy.current_rms, "A", "I_rms = I_n*sqrt(u_s)", (rated, copper))
 
-    def electric_power(self, omega: ArrayLike) -> Array | None:
-        """Power taken from the mains, W, at speeds omega (rad/s): T (omega + u), stator heat and constant losses.
-
-        None without an efficiency. At the rated point it is P/eta.
-        """
-        heat, constant = self.stator_heat(omega), self.constant_losses
-        if heat is None or constant is None:
-            return None
-        speeds = floats(omega)
-        air_gap = self.torque(speeds) * (speeds + self.slip_speed(speeds))
-        return np.asarray(air_gap + heat + constant * self.constant_share(speeds))
-
     def speed_at(self, torque: float) -> float | None:
         """Speed on the running branch at which the motor gives a torque: s = s_b q/(1 + sqrt(1 - q²)), q = T/T_b."""
         share = torque / self.breakdown_torque
@@ -619,7 +608,3 @@ class Induction(Motor):
             return None
         slip = self.breakdown_slip * share / (1 + math.sqrt((1 - share) * (1 + share)))
         return self.synchronous_speed * (1 - slip)
-
-
-def _rpm(speed: float) -> str:
-    return f"{speed * 30 / math.pi:.6g} rpm"

@@ -232,12 +232,6 @@ class InverterInduction(Induction):
         field = floats(omega) + self.slip_speed(omega)
         return np.asarray(field / self.synchronous_speed * self.flux(field) ** 2)
 
-    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
-        """T (omega + u), and with an efficiency the other losses, W."""
-        power, stator = torque * (omega + self.slip_speed(omega)), self.stator_heat(omega)
-        constant = self.constant_losses
-        return power if stator is None or constant is None else power + stator + constant * self.constant_share(omega)
-
     def started(self) -> InverterInduction:
         """The motor with a start by its ramp of frequency, if it has one."""
         if not self.inverter.ramp:

@@ -200,6 +200,11 @@ class Circuit(ABC):
 # -- how it is started ---------------------------------------------------------------------------------------------------
 
 
+def rpm(speed: float) -> str:
+    """A speed (rad/s) in revolutions per minute."""
+    return f"{speed * 30 / math.pi:.6g} rpm"
+
+
 class Switch(NamedTuple):
     """End of a connection: at a time after switching on (s), or when its shaft first reaches a speed (rad/s)."""
 
@@ -207,7 +212,7 @@ class Switch(NamedTuple):
     speed: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.time:.6g} s" if self.speed is None else f"{self.speed * 30 / math.pi:.6g} rpm"
+        return f"{self.time:.6g} s" if self.speed is None else rpm(self.speed)
 
 
 class Connection(NamedTuple):
@@ -563,8 +568,8 @@ class Motor(ABC):
         return {}
 
     def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
-        """Power (W) taken from an inverter at speeds (rad/s), torques (N m) and states; below 0 if it returns some."""
-        raise NotImplementedError
+        """Power (W) taken from mains or an inverter: T omega and `powers`; below 0 if it returns some."""
+        return np.asarray(torque * omega + sum(self.powers(omega, torque, states).values()))
 
     def with_resistance(self, share: float) -> Motor:
         """The motor with a resistance added to rotor or armature, over the winding's own."""

@@ -319,10 +319,6 @@ class Synchronous(Motor):
             inverter=inverter,
         )
 
-    def input_power(self, omega: Array, torque: Array, states: tuple[Array, ...] = ()) -> Array:
-        """Power of the field T omega_s, W: that of the shaft and the damper winding."""
-        return np.asarray(torque * self.circuit.turning(omega, states)[0] + 0.0 * omega)
-
     def facts(self) -> Iterator[Fact]:
         """The torque by its load angle."""
         yield from super().facts()
