@@ -54,6 +54,10 @@ class Fault(NamedTuple):
     def __str__(self) -> str:
         return f"{self.path}{self.description}"
 
+    def under(self, table: str) -> Fault:
+        """The fault of a table's own record, at its path in the scene."""
+        return self._replace(path=f"{table}.{self.path}")
+
     @property
     def place(self) -> str:
         """Item, line and column in words; empty if none is known."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,6 +64,14 @@ class Faults(list[Fault]):
     def add(self, path: str, defect: str, expected: str, advice: str = "") -> None:
         """Notes one more fault."""
         self.append(Fault(path, defect, expected, advice))
+
+    @contextmanager
+    def placed(self, table: str) -> Iterator[None]:
+        """Notes the faults that a record of a table raises, at the table's path."""
+        try:
+            yield
+        except SceneError as error:
+            self.extend(fault.under(table) for fault in error.faults)
 
     def unknown(self, path: str, name: str, valid: Collection[str], what: str = "key") -> None:
         """Notes an unknown name, with the nearest known one, or the tables that have it."""

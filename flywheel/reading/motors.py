@@ -95,11 +95,9 @@ def _motor(item: Item, folder: Path | None) -> Motor | None:
     """A motor, with its own faults put where the scene has the values."""
     if not item.clean or item.section.reader is None:
         return None
-    try:
-        motor: Motor | None = item.section.reader(item, folder)
-    except SceneError as error:
-        item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
-        return None
+    motor: Motor | None = None
+    with item.faults.placed(item.path):
+        motor = item.section.reader(item, folder)
     if motor is not None and "start" in item.raw and "start" in item.fields:
         start = _start(item, motor)
         motor = None if start is None else replace(motor, start=start)
@@ -121,12 +119,10 @@ def _thermal(item: Item, motor: Motor) -> Thermal | None:
     if not thermal_item.clean or not item.clean:
         return None
     fields = thermal_item.fields
-    try:
+    with item.faults.placed(path):
         winding = fields["winding_time_constant"], fields["winding_share"]
         return thermal(fields["time_constant"], fields["rise"], fields["class"], *winding)
-    except SceneError as error:
-        item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
-        return None
+    return None
 
 
 def _start(item: Item, motor: Motor) -> Start | None:
@@ -151,12 +147,10 @@ def _start(item: Item, motor: Motor) -> Start | None:
     untils = _switches(start_item)
     if not start_item.clean:
         return None
-    try:
+    with item.faults.placed(path):
         check_start(motor, kind)
         return make(motor, start_item, untils)
-    except SceneError as error:
-        item.faults.extend(fault._replace(path=f"{path}.{fault.path}") for fault in error.faults)
-        return None
+    return None
 
 
 def _switches(item: Item) -> list[Switch]:
@@ -759,7 +753,7 @@ def phases(scene: Scene, read: list[Item], faults: Faults) -> tuple[Phase, ...]:
             machine = None if rest else _machine(scene, item)
         except SceneError as error:
             faults.extend(  # those of the machine as the phase has it, at the change that makes them
-                fault._replace(path=f"{item.path}.changes.{fault.path}", line=None) for fault in error.faults
+                fault.under(f"{item.path}.changes")._replace(line=None) for fault in error.faults
             )
             continue
         rows.append(

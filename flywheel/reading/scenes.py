@@ -767,16 +767,14 @@ def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
     names = {"material": "name", "allowable_stress": "allowable"}  # of arguments, where keys are called otherwise
     own = {names.get(key.name, key.name): item.fields[key.name] for key in MATERIAL_KEYS if key.name in written}
     fields = {name: item.fields[name] for name in written if name not in (key.name for key in MATERIAL_KEYS)}
-    try:
+    with item.faults.placed(item.path):
         requirements = WheelAsked(
             **{"method": EXACT, "at": GREATEST, **fields, "material": material(**own), "path": item.path}
         )
-    except SceneError as error:
-        item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
-        return None
-    wrong = request_faults(requirements)
-    item.faults.extend(wrong)
-    return None if wrong else requirements
+        wrong = request_faults(requirements)
+        item.faults.extend(wrong)
+        return None if wrong else requirements
+    return None
 
 
 def _cosine(angle: float) -> float:

@@ -27,6 +27,7 @@ from flywheel.components.motors.motor import (
     figure_and_error,
     floats,
     rpm,
+    wrong_field,
     wrong_numbers,
 )
 from flywheel.language import text as _
@@ -256,12 +257,7 @@ class Induction(Motor):
 
     def __post_init__(self) -> None:
         """Refuses values out of range, and those that contradict each other."""
-        poles, ratio = number_faults("poles", self.poles), number_faults("breakdown_ratio", self.breakdown_ratio)
-        if not poles and (self.poles < 2 or self.poles % 2):
-            poles = [Fault("poles", f"{self.poles:g}", "an even number, 2 or more")]
-        if not ratio and self.breakdown_ratio <= 1:
-            ratio = [Fault("breakdown_ratio", f"{self.breakdown_ratio:g}", "a number above 1")]
-        refuse(wrong_numbers(self, ("power", "speed", "frequency")) + poles + ratio)
+        refuse(wrong_numbers(self, ("power", "speed", "frequency")) + wrong_field(self, "breakdown_ratio"))
         slip = self.rated_slip
         if not 0.0 < slip <= MOST_SLIP:  # it lies a little below synchronous speed; if not, the poles that would go with it
             field = 2 * math.pi * self.frequency  # of two poles

@@ -71,7 +71,7 @@ class InverterInduction(Induction):
         """Refuses values out of range, and a torque that the motor cannot give."""
         super().__post_init__()
         own, limit = self.inverter, self.inverter.torque_limit
-        refuse([fault._replace(path=f"inverter.{fault.path}") for fault in own.faults()])
+        refuse([fault.under("inverter") for fault in own.faults()])
         faults = []
         if limit is not None and not limit < self.breakdown_ratio:
             expected = f"below the breakdown_ratio of {self.breakdown_ratio:g}"

@@ -663,6 +663,17 @@ def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tu
     return [fault for name, expected in ranges for fault in number_faults(name, getattr(motor, name), expected)]
 
 
+def wrong_field(motor: Any, ratio: str) -> list[Fault]:
+    """The faults of a motor's number of poles, and of the ratio of its greatest torque to the rated one."""
+    poles, greatest = motor.poles, getattr(motor, ratio)
+    faults = number_faults("poles", poles), number_faults(ratio, greatest)
+    if not faults[0] and (poles < 2 or poles % 2):
+        faults[0].append(Fault("poles", f"{poles:g}", "an even number, 2 or more"))
+    if not faults[1] and greatest <= 1:
+        faults[1].append(Fault(ratio, f"{greatest:g}", "a number above 1"))
+    return faults[0] + faults[1]
+
+
 def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> list[Fault]:
     """The faults of a rated point, whose torque must be positive."""
     return number_faults(speed, point.speed, POSITIVE) + number_faults(torque, point.torque, POSITIVE)

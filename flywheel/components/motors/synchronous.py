@@ -26,6 +26,7 @@ from flywheel.components.motors.motor import (
     Span,
     StateName,
     States,
+    wrong_field,
     wrong_numbers,
 )
 from flywheel.language import text as _
@@ -156,12 +157,7 @@ class Synchronous(Motor):
     def __post_init__(self) -> None:
         """Refuses values out of range."""
         faults = wrong_numbers(self, ("power", "frequency"), ("damping", "saliency", "field_time"))
-        poles, ratio = number_faults("poles", self.poles), number_faults("pull_out_ratio", self.pull_out_ratio)
-        if not poles and (self.poles < 2 or self.poles % 2):
-            poles = [Fault("poles", f"{self.poles:g}", "an even number, 2 or more")]
-        if not ratio and self.pull_out_ratio <= 1:
-            ratio = [Fault("pull_out_ratio", f"{self.pull_out_ratio:g}", "a number above 1")]
-        refuse(faults + poles + ratio)
+        refuse(faults + wrong_field(self, "pull_out_ratio"))
         if self.saliency > MOST_SALIENCY:
             faults.append(Fault("saliency", f"{self.saliency:g}", f"{MOST_SALIENCY:g} at most; 0.1 to 0.5 is usual"))
         if self.asynchronous_ratio is not None:
@@ -294,7 +290,7 @@ class Synchronous(Motor):
         (0.5, 15000.0, 1.0)
 
         """
-        faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
+        faults = [fault.under("inverter") for fault in inverter.faults()]
         if inverter.torque_limit is not None:
             defect = f"{inverter.torque_limit:g} of a {self.title} that keeps step with a set frequency"
             advice = (

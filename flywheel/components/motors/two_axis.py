@@ -197,7 +197,7 @@ class TwoAxisInduction(Induction):
         (110.0, 13.065, 810.0)
 
         """
-        faults = [fault._replace(path=f"inverter.{fault.path}") for fault in inverter.faults()]
+        faults = [fault.under("inverter") for fault in inverter.faults()]
         if inverter.torque_limit is not None:
             advice = "an inverter that limits the torque controls the currents, which the circuit does not tell of"
             defect = f"{inverter.torque_limit:g} with electrical two-axis"
