@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
@@ -208,14 +208,6 @@ def even_rotor(eps: float) -> tuple[float, float]:
     result = sized("rotor", 10.0, eps)
     gap = abs(result.flywheel.exact - result.flywheel.approximate) / result.flywheel.approximate_total
     return gap, (result.error.exact or 0.0) + (result.error.approximate or 0.0)
-
-
-@FEW
-@given(powers, paces)
-def test_where_inertia_is_constant_exact_and_approximate_agree(power: float, pace: float) -> None:
-    result = sized("rotor", 10.0**pace, 10.0**power)
-    scale = max(result.flywheel.approximate_total, 0.3)
-    assert abs(result.flywheel.exact - result.flywheel.approximate) <= 1e-13 * scale
 
 
 @FEW
@@ -479,7 +471,7 @@ def test_windows_on_top_add_their_own_areas() -> None:
 
 
 TURNED = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "linkage")
-SHIFTS = (1e-15, 1e-12, 1e-9, 0.3, pi / 2, pi, 5.0, tau - 1e-12, -1.0)
+SHIFTS = (1e-15, 1e-12, 1e-9, 0.3, pi / 2, pi, tau, tau - 1e-12, -1.0)
 FIGURES = ("exact", "approximate", "approximate_total", "inertia_torque")
 
 
@@ -540,14 +532,6 @@ def test_a_cylinder_of_four_strokes_counts_its_phase_over_two_turns() -> None:
     assert other.error.exact < 1e-11
 
 
-@settings(max_examples=6, deadline=None, derandomize=True)
-@given(st.sampled_from(["scotch-yoke", "slider-crank", "crank-shaper"]), st.floats(-tau, tau))
-@example("slider-crank", tau)
-def test_whatever_the_shift(name: str, shift: float) -> None:
-    gap, allowed = apart(name, shift)
-    assert gap <= allowed
-
-
 @pytest.mark.parametrize("shift", [0.3, 2.0, 5.0])
 def test_the_areas_turn_with_it(shift: float) -> None:
     """Each crossing moves by the shift; the area that the seam cuts is told in two parts."""
@@ -574,7 +558,7 @@ def test_a_phase_may_be_written_in_degrees() -> None:
 
 
 TWOS = [Measure(2.0**i, 2.0**j, 2.0**k) for i, j, k in ((40, 0, 0), (-40, 0, 0), (0, 40, 0), (0, -40, 0), (0, 0, 40))]
-TWOS += [Measure(2.0**i, 2.0**j, 2.0**k) for i, j, k in ((0, 0, -40), (40, 40, 40), (-40, -40, -40), (40, -40, 40))]
+TWOS += [Measure(2.0**i, 2.0**j, 2.0**k) for i, j, k in ((0, 0, -40), (40, 40, 40), (-39, 40, -13), (40, -40, 40))]
 TENS = [Measure(1e12, 1.0, 1.0), Measure(1e-12, 1.0, 1.0), Measure(1.0, 1e12, 1e-12), Measure(1.0, 1e-12, 1e12)]
 FAST = [name for name in MACHINES if name not in ("cam", "law")]
 TOGGLE = {"frame.height": 0.14, "bell_crank.drive_length": 0.168, "bell_crank.clamp_length": 0.22, "coupler.length": 0.095}
@@ -623,15 +607,10 @@ def in_units() -> list[Row]:
     ]
 
 
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize("name", [*FAST, "law", pytest.param("cam", marks=pytest.mark.slow)])
 def test_units_that_are_powers_of_two_do_not_change_a_bit(name: str) -> None:
-    for unit in TWOS[1::3]:
+    for unit in TWOS[1::3] if name in FAST else TWOS[-1:]:
         assert figures(name, unit) == figures(name), unit
-
-
-@pytest.mark.parametrize("name", ["law", pytest.param("cam", marks=pytest.mark.slow)])
-def test_nor_do_they_for_what_takes_longer(name: str) -> None:
-    assert figures(name, TWOS[-1]) == figures(name)
 
 
 @pytest.mark.parametrize("name", FAST)
@@ -639,16 +618,6 @@ def test_units_that_are_powers_of_ten_change_rounding_alone(name: str) -> None:
     for unit in TENS:
         assert units_apart(name, unit) <= 2 * figures(name)["error"] + 4e-16
         assert units_apart(name, unit) < 1e-13
-
-
-exponents = st.integers(-40, 40)
-
-
-@settings(max_examples=6, deadline=None, derandomize=True)
-@given(st.sampled_from(["rotor", "scotch-yoke", "slider-crank", "crank-shaper"]), exponents, exponents, exponents)
-@example("four-bar", -39, 40, -13)
-def test_any_power_of_two_will_do(name: str, length: int, mass: int, time: int) -> None:
-    assert figures(name, Measure(2.0**length, 2.0**mass, 2.0**time)) == figures(name)
 
 
 def clamp(unit: Measure) -> dict[str, Any]:
