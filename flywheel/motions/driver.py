@@ -19,7 +19,7 @@ from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.motions.motion import DRIVER as DRIVER
 from flywheel.motions.motion import TIME as TIME
-from flywheel.motions.motion import DriverMotion, Motion, Transient, sampled, steady_motion, switching, time_along
+from flywheel.motions.motion import DriverMotion, Motion, Transient, sampled, scales_of, steady_motion, switching, time_along
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
 from flywheel.numerics.faults import POSITIVE, Fault, SceneError, array, brief, coordinate_text, number_faults, refuse, show
@@ -232,8 +232,7 @@ def along_transient(scene: Scene, source: Transient | Motion) -> DriverCourse:
         raise SceneError([Fault("transient", "the motion of another machine", "one of this scene")])
     rough = trail if motion.rough is None or not motion.rough.stretches else motion.rough
     origin = scene.origin
-    way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
-    fastest = float(np.abs(motion.omega).max())
+    way, fastest = scales_of(motion.phi, motion.omega, scene)
     last = float(motion.t[-1])
 
     def at(t: Array) -> DriverMotion:

@@ -22,7 +22,7 @@ from flywheel.machine.reactions import MachineMotion, close_positions, port_forc
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.motions.motion import TIME, Transient, regime_motion, sampled, steady_motion, time_along
+from flywheel.motions.motion import TIME, Transient, regime_motion, sampled, scales_of, steady_motion, time_along
 from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError, nearest
@@ -343,8 +343,7 @@ def _errors_along(run: Transient, motion: MachineMotion, states: States) -> Stat
     assert anchor is not None
     assert time is not None
     dynamics, machine = trail.dynamics, trail.dynamics.machine
-    way = max(float(np.ptp(run.motion.phi)), machine.scene.cycle / (2 * np.pi))
-    phi, omega = run.error * way, run.error * float(np.abs(run.motion.omega).max())
+    phi, omega = (run.error * scale for scale in scales_of(run.motion.phi, run.motion.omega, machine.scene))
     own = motion.own(machine)
 
     def acceleration(dphi: float, domega: float, share: float) -> Array:

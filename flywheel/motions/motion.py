@@ -465,6 +465,11 @@ def states_at(sizing: Sizing, phi: float) -> tuple[float, ...]:
     return tuple(float(cells.value(cells.fit(row)[cell], t)[0]) for row in run.along)
 
 
+def scales_of(phi: Array, omega: Array, scene: Scene) -> tuple[float, float]:
+    """What errors of a motion are relative to: its travel, at least a cycle over 2 pi (rad or m), and its greatest speed."""
+    return max(float(np.ptp(phi)), scene.cycle / (2 * np.pi)), float(np.abs(omega).max())
+
+
 def time_along(sizing: Sizing, phi: ArrayLike) -> Array:
     """Time (s) since phi = 0 along the steady cycle: t = integral of dphi/omega from 0 to phi.
 

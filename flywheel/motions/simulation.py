@@ -25,7 +25,7 @@ from bondgraph.motion.simulation import simulate as simulate_graph
 from bondgraph.motion.stepping import TIGHTEST
 from flywheel.machine.dynamics import MachineDynamics, StartState, Trail, dynamics_of
 from flywheel.machine.machine import Machine, circuit_of
-from flywheel.motions.motion import Motion, works_of
+from flywheel.motions.motion import Motion, scales_of, works_of
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
@@ -218,8 +218,7 @@ def _difference(rough: Trail, fine: Trail) -> float:
     times = np.concatenate((np.linspace(0.0, last, _COMPARED), within[:: 1 + within.size // _MOST_COMPARED]))
     times = np.minimum(times, last)
     a, b = rough.states(times)[:2], fine.states(times)[:2]
-    way = max(float(np.ptp(b[0])), fine.dynamics.machine.scene.cycle / (2 * np.pi))
-    scales = np.array([way, max(float(np.abs(b[1]).max()), 1e-300)])
+    scales = np.maximum(scales_of(b[0], b[1], fine.dynamics.machine.scene), 1e-300)
     late = abs(rough.t[-1] - fine.t[-1]) / fine.t[-1]
     return SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
 

@@ -33,6 +33,7 @@ from flywheel.motions.motion import (
     peaks_of,
     sampled,
     samples_of,
+    scales_of,
     speed_at,
     states_at,
 )
@@ -714,8 +715,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     fine, other, share = motion.trail, _rough(motion), motion.share
     assert fine is not None
     (samples, owners), (before, sides) = transient.samples, samples_of(other)
-    way = max(float(np.ptp(samples.phi)), fine.dynamics.machine.scene.cycle / (2 * np.pi))
-    fastest = float(np.abs(samples.omega).max())
+    way, fastest = scales_of(samples.phi, samples.omega, fine.dynamics.machine.scene)
     position, speed, time = motion.error * way, motion.error * fastest, motion.error * transient.time
     peaks: dict[str, Any] = dict.fromkeys(_COLUMNS)
     old = peaks_of(other, before, sides)

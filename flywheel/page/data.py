@@ -32,8 +32,7 @@ from flywheel.tables.summary import summary
 Array = NDArray[np.float64]
 Subject = Scene | Machine | Sizing | SingleStroke
 
-PANELS_OF_STROKE = "mechanism", "single_stroke", "servo"
-PANELS = ("mechanism", *(key for key in DIAGRAMS if key != "single_stroke"))
+_MECHANISM = "mechanism"  # the panel that is no diagram
 _DIGITS = 7  # of numbers while a hand moves
 _QUICK = 1e-4  # relative accuracy of a stroke while a hand moves
 
@@ -45,8 +44,9 @@ def answer(
 
     Args:
         subject: a scene, its machine, or its sizing or its stroke if there is one already.
-        view: `panels`, the ids of the panels to draw (default: all of `PANELS`); of the motion `kind`, one of `QUANTITIES`,
-            and `of`, a body or joint; `mechanism`, whose reactions are drawn; for an unknown name the first one is taken.
+        view: `panels`, the ids of the panels to draw (default: all that suit the scene); of the motion `kind`, one of
+            `QUANTITIES`, and `of`, a body or joint; `mechanism`, whose reactions are drawn; for an unknown name the first
+            one.
         rest: False while a slider is dragged: no confirmation in time.
         units: of the results, "si" or "us".
 
@@ -60,8 +60,7 @@ def answer(
     view = {} if view is None else view
     scene = _scene_of(subject)
     stroke, sizing, machine, faults = None, None, None, list[Fault]()
-    panels_there = PANELS if scene.single_stroke is None else PANELS_OF_STROKE
-    panels_there = tuple(panel for panel in panels_there if panel not in DIAGRAMS or DIAGRAMS[panel].suits(scene))
+    panels_there = (_MECHANISM, *(key for key, kind in DIAGRAMS.items() if kind.suits(scene)))
     if scene.single_stroke is None:
         sizing, machine, faults = _sized(subject, rest)
     else:
@@ -81,7 +80,7 @@ def answer(
             part = part_of(scene, machine, sizing, count, view, rest=rest)
         forces = diagrams.forces_of(part) if "reactions" in names or view.get("kind") == QUANTITIES[3] else ""
         for panel in names:
-            made = _mechanism(scene, part.axis) if panel == "mechanism" else diagrams.made(part, panel, forces)
+            made = _mechanism(scene, part.axis) if panel == _MECHANISM else diagrams.made(part, panel, forces)
             if isinstance(made, str):
                 why[panel] = made
             else:
@@ -93,7 +92,7 @@ def answer(
         "phi": _plain(part.axis.values, digits) if scene.areas is None else [],
         "numbers": _numbers(sizing, units, rest) if stroke is None else [each.as_dict() for each in blocks(stroke, units)],
         "figures": list(panels),
-        "titles": {"mechanism": _("Mechanism")} | {panel: kind.title() for panel, kind in DIAGRAMS.items()},
+        "titles": {_MECHANISM: _("Mechanism")} | {panel: kind.title() for panel, kind in DIAGRAMS.items()},
         "views": _views(panels.get("motion")),
         "why": why,
         "later": [panel for panel in panels_there if panel not in names],

@@ -874,7 +874,7 @@ class DiagramKind(NamedTuple):
     make: Callable[[DiagramData, JointForces | str], Diagram | str]
     column: int | None = None
     rows: tuple[str, ...] = ()  # keys of its rows
-    suits: Callable[[Scene], bool] = lambda scene: True  # whether a scene has what the diagram is of
+    suits: Callable[[Scene], bool] = lambda scene: scene.single_stroke is None  # whether a scene has what it is of
 
 
 DIAGRAMS: dict[str, DiagramKind] = {
@@ -882,11 +882,11 @@ DIAGRAMS: dict[str, DiagramKind] = {
     "inertia": DiagramKind(lambda: _("Reduced inertia by body"), _inertia, 1, ("inertia",)),
     "wittenbauer": DiagramKind(lambda: _("Wittenbauer's diagram"), _wittenbauer, 1, ("wittenbauer",)),
     "speed": DiagramKind(lambda: _("Speed over the cycle"), _speed, 0, ("speed",)),
+    "single_stroke": DiagramKind(lambda: _("One stroke over time"), forms.stroke_diagram, suits=forms.has_stroke),
     "servo": DiagramKind(lambda: _("Area of the servo drive"), forms.servo_diagram, 0, ("servo",), forms.has_servo),
     "power_flow": DiagramKind(lambda: _("Power flow"), _power_flow),
     "motion": DiagramKind(lambda: _("Motion"), _motion),
     "reactions": DiagramKind(lambda: _("Reactions in the joints"), _reactions),
-    "single_stroke": DiagramKind(lambda: _("One stroke over time"), forms.stroke_diagram),
 }
 """Every diagram of a scene, in the order of the live page."""
 

@@ -852,6 +852,11 @@ def servo_diagram(part: DiagramData, forces: object = "") -> Diagram | str:
     return Diagram(figures, title, about, (row,), tuple(remarks), "area")
 
 
+def has_stroke(scene: Scene) -> bool:
+    """Tests whether a scene works stroke by stroke."""
+    return scene.single_stroke is not None
+
+
 def has_servo(scene: Scene) -> bool:
     """Tests whether a scene has a drive with such an area."""
     return scene.motor is not None and scene.motor.peak(0.0) is not None

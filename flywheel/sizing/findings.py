@@ -377,11 +377,11 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
             "accumulated": own["accumulated_max"],
         },
         "closure": error.work,
-        "energy": _energy_error(sizing, of_drive, speed),
+        "energy": _energy_error(sizing, of_drive),
         "engine": None,
         "limits": {name: _known(max(each.reached_error, each.alone_error)) for name, each in sizing.limits.items()} or None,
         "broken": max((max(each.start_error, each.end_error) for each in sizing.flywheel.broken), default=None),
-        "multiplier": _multiplier_error(sizing, speed),
+        "multiplier": _multiplier_error(sizing),
         "constant_speed": None if cyclic is None else _READ + (0.0 if scene.unknown else cyclic.constant_speed_error),
         "gd2": None if sizing.inertia is None else exact,
         "shafts": of_shafts if sizing.shafts else None,
@@ -509,7 +509,7 @@ def _inertia_error(cycle: Cycle) -> tuple[float, float]:
     return error, error / extent.greatest if extent.greatest > 0.0 else 0.0
 
 
-def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None, speed: float | None) -> float | None:
+def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None) -> float | None:
     """One error for the whole block: of works, moments, speeds and the time, and between the nodes."""
     energy, cycle, run, machine = sizing.energy, sizing.cycle, sizing.run, sizing.machine
     if energy is None or of_drive is None or cycle is None or run is None or machine is None:
@@ -522,11 +522,10 @@ def _energy_error(sizing: Sizing, of_drive: tuple[float, float] | None, speed: f
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
     ratio = max(1.0, min(max(ratios), exchanged / abs(energy.work))) if ratios else 1.0
     works = (of_drive[0] + cycle.errors.net) / exchanged
-    of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error
-    return ratio * works + (of_drive[1] + between) / torque + period + 2 * of_speed + _READ
+    return ratio * works + (of_drive[1] + between) / torque + period + 2 * speed_error_over_cycle(sizing) + _READ
 
 
-def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
+def _multiplier_error(sizing: Sizing) -> float | None:
     """Error of exp(integral of dF/dE), relative to the larger of it and 1, by errors of speed and flywheel and the cells."""
     cyclic, cycle, run, machine = sizing.cyclic, sizing.cycle, sizing.run, sizing.machine
     if cyclic is None or cycle is None or run is None or machine is None:
@@ -543,8 +542,7 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
         return np.asarray(slope / ((run.inertia + moments.inertia) * w))
 
     here = growth(omega)
-    of_speed = (speed or 0.0) + 0.5 * run.irregularity * run.error
-    moved = np.abs(growth(omega * (1.0 + SPEED_STEP)) - here) / SPEED_STEP * of_speed
+    moved = np.abs(growth(omega * (1.0 + SPEED_STEP)) - here) / SPEED_STEP * speed_error_over_cycle(sizing)
     own = 24 * ROUNDING + (sizing.error.exact or 0.0)
     exponent = float(cells.integral(np.abs(here) * own + moved, cycle.mesh.half).sum())
     exponent += float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(here)) * cycle.mesh.half[:, 0]).sum())

@@ -13,7 +13,7 @@ from flywheel.motions.curves import ANGLE, POINT, WAY, MotionCurve
 from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import CurveExtreme, Kinematics
 from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
-from flywheel.motions.motion import Peak, Samples, Transient, sampled
+from flywheel.motions.motion import Peak, Samples, Transient, sampled, scales_of
 from flywheel.motions.motion import evenly as instants
 from flywheel.motions.transients import estimates, of_samples
 from flywheel.motions.velocities import ANYWHERE, FINITE, INFINITE, Centres, InstantCentre, InstantCentres
@@ -584,10 +584,10 @@ def _stores(transient: Transient, samples: Samples, off: float = 0.0) -> StoredE
     scene, motion, stroke = transient.scene, transient.motion, transient.scene.stroke
     if scene.compliances:
         return None
-    way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
+    way, fastest = scales_of(motion.phi, motion.omega, scene)
     phi = samples.phi + off * motion.error * way
     phi = phi if stroke is None else np.clip(phi, stroke.start, stroke.end)
-    omega = samples.omega + off * motion.error * float(np.abs(motion.omega).max())
+    omega = samples.omega + off * motion.error * fastest
     return stored_energy(scene, phi, omega, flywheel=transient.inertia or 0.0)
 
 

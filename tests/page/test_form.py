@@ -19,6 +19,7 @@ from flywheel.numerics.units import DIMENSIONS, parse_unit
 from flywheel.page import data, server
 from flywheel.page.edits import Draft
 from flywheel.page.form import OFFERED, translated
+from flywheel.pictures.diagrams import DIAGRAMS
 from flywheel.reading.loads import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.schema import Section
@@ -43,7 +44,7 @@ def press() -> Sizing:
 
 @pytest.fixture(scope="module")
 def answer(press: Sizing) -> dict:
-    return data.answer(press, {"panels": [panel for panel in data.PANELS if panel != "motion"]})
+    return data.answer(press, {"panels": {"mechanism", *DIAGRAMS} - {"motion"}})
 
 
 def plain(found: dict) -> dict:
@@ -195,9 +196,11 @@ GONE = {
 
 @pytest.mark.parametrize("name", [*GONE, "machines/press.toml"])
 def test_every_panel_is_drawn_or_told_why_not_in_finite_numbers(name: str) -> None:
-    result = plain(data.answer(flywheel.load(EXAMPLES / name), rest=False))
+    scene = flywheel.load(EXAMPLES / name)
+    result = plain(data.answer(scene, rest=False))
     assert set(result["why"]) == GONE.get(name, set())
-    assert set(result["figures"]) == set(data.PANELS) - set(result["why"]) - {"servo"}  # no drive here is one
+    there = {"mechanism", *(key for key, kind in DIAGRAMS.items() if kind.suits(scene))}
+    assert set(result["figures"]) == there - set(result["why"])
     assert all(result["why"].values())
 
 

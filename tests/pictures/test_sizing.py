@@ -748,8 +748,8 @@ def test_every_diagram_goes_to_the_page_and_to_the_picture(scene: str) -> None:
     sizing = sized({"press": press(), "areas": AREAS, "servo": SERVO}[scene])
     answer = page_data.answer(sizing)
     script = (STATIC / "index.js").read_text("utf-8")
-    assert set(DIAGRAMS) == {*page_data.PANELS, *page_data.PANELS_OF_STROKE} - {"mechanism"}
-    suiting = [(key, DIAGRAMS[key]) for key in page_data.PANELS[1:] if DIAGRAMS[key].suits(sizing.scene)]
+    suiting = [(key, kind) for key, kind in DIAGRAMS.items() if kind.suits(sizing.scene)]
+    assert {*answer["figures"], *answer["why"]} == {"mechanism", *dict(suiting)}
     assert ("servo" in answer["figures"]) == (scene == "servo")
     for key, kind in suiting:
         assert answer["titles"][key] == kind.title()
@@ -784,7 +784,6 @@ def test_a_new_diagram_is_one_maker(monkeypatch: pytest.MonkeyPatch) -> None:
 
     kind = DiagramKind(lambda: "Energy", energy, 0, ("energy",))
     monkeypatch.setitem(DIAGRAMS, "energy", kind)
-    monkeypatch.setattr(page_data, "PANELS", ("mechanism", *DIAGRAMS))
     answer = page_data.answer(sized(press()), {"panels": ["energy"]})
     assert answer["titles"]["energy"] == "Energy"
     ((curve, values),) = curves_of(answer["energy"])
