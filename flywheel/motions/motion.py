@@ -466,7 +466,7 @@ def states_at(sizing: Sizing, phi: float) -> tuple[float, ...]:
 
 
 def scales_of(phi: Array, omega: Array, scene: Scene) -> tuple[float, float]:
-    """What errors of a motion are relative to: its travel, at least a cycle over 2 pi (rad or m), and its greatest speed."""
+    """Scales of a motion's errors: its travel, at least a cycle over 2 pi (rad or m), and its greatest speed."""
     return max(float(np.ptp(phi)), scene.cycle / (2 * np.pi)), float(np.abs(omega).max())
 
 

@@ -144,11 +144,16 @@ def slip_heat(leg: Leg, ratio: float) -> float:
     begin, end, torque = leg.driven.start.time, float(leg.driven.t[-1]), leg.torque
     edges = np.unique(np.concatenate((leg.driving.t, leg.driven.t, [torque.begin, torque.begin + torque.lasting])))
     edges = edges[(edges >= begin) & (edges <= end)]
-    nodes, weights = np.polynomial.legendre.leggauss(10)
-    half = 0.5 * np.diff(edges)[:, None]
-    times = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel()
+    times, weights = _gauss_rule(edges, 10)
     slip = leg.driving.states(times)[1] - ratio * leg.driven.states(times)[1]
-    return float((half * weights).ravel() @ (leg.sense * torque_at(torque, times) * slip))
+    return float(weights.ravel() @ (leg.sense * torque_at(torque, times) * slip))
+
+
+def _gauss_rule(edges: Array, points: int) -> tuple[Array, Array]:
+    """Times of Gauss's rule between neighbouring edges, and their weights, (intervals, points)."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    half = 0.5 * np.diff(edges)[:, None]
+    return (0.5 * (edges[:-1] + edges[1:])[:, None] + half * nodes).ravel(), half * weights
 
 
 class Course(NamedTuple):
@@ -193,13 +198,11 @@ def course(strokes: Strokes, phases: Phases, count: int) -> Course:
     inside[0] = 0.0  # a period has no other side there
     phi, crank = crank_at(phases, inside)
     driving = _driving_speeds(strokes, phases, inside)
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    half = 0.5 * np.diff(time)[:, None]
-    between = (0.5 * (time[:-1] + time[1:])[:, None] + half * nodes).ravel()
+    between, weights = _gauss_rule(time, _GAUSS_POINTS)
     ratio = motor_ratio(strokes)
     speeds = ratio * _driving_speeds(strokes, phases, between)
-    power = (drive_torque(strokes, speeds) * speeds).reshape(half.shape[0], -1)
-    drive_work = np.concatenate(([0.0], np.cumsum((half * weights * power).sum(axis=1))))
+    power = (drive_torque(strokes, speeds) * speeds).reshape(weights.shape)
+    drive_work = np.concatenate(([0.0], np.cumsum((weights * power).sum(axis=1))))
     inertia = driving_inertia(strokes)
     return Course(
         time,

@@ -675,12 +675,18 @@ def _text(request: Mapping[str, Any], name: str, default: str = "") -> str:
     return value.encode("utf-8", "replace").decode("utf-8")
 
 
+def _with_place(server: PageServer, message: dict[str, Any]) -> dict[str, Any]:
+    """The message with the folder and the name of its text, for a worker."""
+    folder = server.session.folder_of(_text(message, "origin"))
+    return {**message, "text": _text(message, "text"), "folder": str(folder), "name": server.session.name}
+
+
 def _answer(server: PageServer, message: dict[str, Any]) -> Reply:
     """Form, faults and figures of a text."""
-    folder = server.session.folder_of(_text(message, "origin"))
-    request = {**message, "text": _text(message, "text"), "folder": str(folder), "name": server.session.name}
     try:
-        return Reply(server.workers.ask("answer", request, _text(message, "page"), bool(message.get("rest"))))
+        return Reply(
+            server.workers.ask("answer", _with_place(server, message), _text(message, "page"), bool(message.get("rest")))
+        )
     except OvertakenError:
         return _json({"reason": "overtaken"}, HTTPStatus.CONFLICT)
 
@@ -690,9 +696,7 @@ def _report(server: PageServer, message: dict[str, Any]) -> Reply:
     kind, alone = _text(message, "format", "html"), message.get("cover_sheet", False)
     if kind not in ("html", "pdf") or not isinstance(alone, bool):
         raise ValueError(f"{kind} {alone}")
-    folder = server.session.folder_of(_text(message, "origin"))
-    request = {**message, "text": _text(message, "text"), "folder": str(folder), "name": server.session.name}
-    answer = server.workers.report({**request, "format": kind, "cover_sheet": alone})
+    answer = server.workers.report({**_with_place(server, message), "format": kind, "cover_sheet": alone})
     if answer[:1] == b"{":
         return Reply(answer, status=HTTPStatus.UNPROCESSABLE_ENTITY)
     return Reply(answer, kind, name=f"{server.session.stem}{'-cover-sheet' * alone}.{kind}")

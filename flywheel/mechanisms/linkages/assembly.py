@@ -581,20 +581,23 @@ def assembled(equations: Equations) -> Array:
         raise SceneError(faults)
     if guesses and len(fitting) < len(isolated):
         # refuses guesses that fit an assembly which the sides rule out, and not the one that the sides choose
-        contrary = _contrary(loops, isolated, chosen, guesses)
-        if contrary.any():
-            names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-            what = f"guesses for another assembly than that of the sides ({names}),"
-            raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
+        _refuse_contrary(loops, isolated, chosen, guesses, ("assembly", "that of the sides", "guesses and sides of one"))
     return chosen
 
 
-def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) -> NDArray[np.bool_]:
-    """Mask of guesses as far from an assembly as assemblies z are from one another, though another assembly fits them."""
+def _refuse_contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float], words: tuple[str, str, str]) -> None:
+    """Refuses guesses as far from an assembly as assemblies z are from one another, though another assembly fits them.
+
+    words: the fault's key, what the assembly is that of, and what is expected.
+    """
     columns, gaps = sorted(guesses), np.abs(_gaps(loops, z, guesses))
     spread = np.max([np.abs(_apart(loops, z, other)).max(axis=0) for other in z], axis=0)[[k - 1 for k in columns]]
     gap = np.abs(_gaps(loops, near[None], guesses))[0]
-    return np.asarray((gap > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gap))
+    contrary = (gap > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gap)
+    if contrary.any():
+        names = ", ".join(loops.names[k] for k, wrong in zip(columns, contrary, strict=True) if wrong)
+        key, others, expected = words
+        raise SceneError([_fault(loops, key, f"guesses for another assembly than {others} ({names}),", z, expected)])
 
 
 def _isolated(equations: Equations, solutions: Array) -> tuple[Array, Array]:
@@ -793,11 +796,7 @@ def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
         return fitting
     distance = _distances(loops, fitting, guesses)
     near = int(np.argmin(distance))
-    contrary = _contrary(loops, fitting, fitting[near], guesses)
-    if contrary.any():
-        names = ", ".join(loops.names[k] for k, wrong in zip(sorted(guesses), contrary, strict=True) if wrong)
-        what = f"guesses for another assembly than the rest ({names}),"
-        raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
+    _refuse_contrary(loops, fitting, fitting[near], guesses, ("", "the rest", "guesses of one"))
     return np.asarray(fitting[distance <= distance[near] / _CLEARER])
 
 
