@@ -579,25 +579,20 @@ def assembled(equations: Equations) -> Array:
     chosen = _chosen(loops, fitting, guesses)
     if faults := _position_faults(equations, chosen):
         raise SceneError(faults)
-    if guesses and len(fitting) < len(isolated):
-        # refuses guesses that fit an assembly which the sides rule out, and not the one that the sides choose
-        _refuse_contrary(loops, isolated, chosen, guesses, ("assembly", "that of the sides", "guesses and sides of one"))
+    ruled_out = guesses and len(fitting) < len(isolated)  # guesses may fit an assembly that the sides rule out
+    if ruled_out and (names := _contrary(loops, isolated, chosen, guesses)):
+        what = f"guesses for another assembly than that of the sides ({names}),"
+        raise SceneError([_fault(loops, "assembly", what, isolated, "guesses and sides of one")])
     return chosen
 
 
-def _refuse_contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float], words: tuple[str, str, str]) -> None:
-    """Refuses guesses as far from an assembly as assemblies z are from one another, though another assembly fits them.
-
-    words: the fault's key, what the assembly is that of, and what is expected.
-    """
+def _contrary(loops: Loops, z: Array, near: Array, guesses: dict[int, float]) -> str:
+    """Names of guesses as far from an assembly as assemblies z are from one another, though another assembly fits them."""
     columns, gaps = sorted(guesses), np.abs(_gaps(loops, z, guesses))
     spread = np.max([np.abs(_apart(loops, z, other)).max(axis=0) for other in z], axis=0)[[k - 1 for k in columns]]
     gap = np.abs(_gaps(loops, near[None], guesses))[0]
     contrary = (gap > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gap)
-    if contrary.any():
-        names = ", ".join(loops.names[k] for k, wrong in zip(columns, contrary, strict=True) if wrong)
-        key, others, expected = words
-        raise SceneError([_fault(loops, key, f"guesses for another assembly than {others} ({names}),", z, expected)])
+    return ", ".join(loops.names[k] for k, wrong in zip(columns, contrary, strict=True) if wrong)
 
 
 def _isolated(equations: Equations, solutions: Array) -> tuple[Array, Array]:
@@ -796,7 +791,9 @@ def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
         return fitting
     distance = _distances(loops, fitting, guesses)
     near = int(np.argmin(distance))
-    _refuse_contrary(loops, fitting, fitting[near], guesses, ("", "the rest", "guesses of one"))
+    if names := _contrary(loops, fitting, fitting[near], guesses):
+        what = f"guesses for another assembly than the rest ({names}),"
+        raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
     return np.asarray(fitting[distance <= distance[near] / _CLEARER])
 
 
