@@ -20,7 +20,6 @@ CLAMP = {
     "platen": {"mass": 298.4963},
 }
 STROKE = {"from": "-60 mm", "to": "190 mm", "speed": "328.9474 mm/s"}
-SPRING = [{"on": "slide", "stiffness": 800}]
 
 
 def clamp(**changes):

@@ -11,8 +11,6 @@ from scipy.optimize import brentq
 
 from tests.oracle.drive_lines import value
 
-EXCESS = 1e-12
-
 
 class Motor(NamedTuple):
     """A motor with states: its torque and their rates over speed, states and time, and their sizes.

@@ -247,7 +247,6 @@ TEXTS = {kind: starter(kind) for kind in kinds()}
 TEXTS |= {f"{file.parent.name}-{file.stem}": file.read_text() for file in FORM_EXAMPLES}
 SOME = ("press", "linkage", "law")
 NASTY = ('a"b', "x\ny", "'''", "\x00\x07", "1]\n[evil]\nx = 2", "\ud800", "# c", "{a = 1}", "[1,", "", "\\", "nan", "1e5")
-PLACES = ("title", "mechanism.crank.length", "load[0].from", "load[1].force", "flywheel.on")
 
 
 def slow(*values: str) -> list[ParameterSet]:

@@ -338,13 +338,6 @@ def test_other_endings_are_refused(scene, tmp_path):
         plot(motion(scene, of=["rod"], points=5), tmp_path / "a.txt")
 
 
-@pytest.mark.slow
-def test_files_are_the_same_every_time(found, tmp_path):
-    for name in ("a.svg", "b.svg"):
-        plot(found, tmp_path / name)
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-
-
 # Labels are pushed apart, and stay beside their points.
 
 
@@ -576,15 +569,6 @@ def test_a_largest_force_beside_a_jump_is_one_that_is_reached() -> None:
 def test_unknown_joints_are_refused_with_the_nearest() -> None:
     with pytest.raises(SceneError, match=r"joints: found 'guid', expected one of O, A, B, guide; did you mean 'guide'\?"):
         drawn_reactions("guid")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ending", ["svg"])
-def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> None:
-    paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
-    for path in paths:
-        reactions.polar(found_reactions(), path, ["A"])
-    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 # -- curves over the driver or the time -----------------------------------------------------------------------------------

@@ -704,13 +704,6 @@ def test_the_regime_and_when_it_is_nearly_reached_are_marked(axes):
     assert legend[1].startswith("95 % of it after 1.91")
 
 
-@pytest.mark.slow
-def test_files_are_the_same_every_time(found, tmp_path):
-    for name in ("a.svg", "b.svg"):
-        plot_transient(found, tmp_path / name)
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-
-
 def test_another_kind_of_file_is_refused(found, tmp_path):
     with pytest.raises(ValueError, match=r"\.txt"):
         plot_transient(found, tmp_path / "c.txt")

@@ -824,7 +824,6 @@ def test_a_driver_that_slides_needs_a_stroke(mechanism):
 
 TURNING = {"mechanism": linkage(PIN), "stroke": {"from": 0, "to": 1, "speed": 1}}
 TWISTING = {"shafts": {"motor": {"ratio": 2, "stiffness": 100}}}
-FAR = {"from": 0, "to": "2000 rev", "speed": 1}
 BALANCE = {"parameters": {"F": "balance"}, "load": [{"on": "slide", "force": "F"}]}
 
 

@@ -403,7 +403,6 @@ def test_every_number_of_every_example_has_its_error(path: Path) -> None:
     assert all(error >= 0.0 for path in numbers(result["error"]) if (error := error_of(result["error"], path)) is not None)
 
 
-WHEEL = {"shape": "arms", "material": "cast iron", "outer_radius": 0.6, "arms": 6, "bore": 0.08}
 SCENES = {
     "wheel": scenes.yoke(flywheel={"irregularity": 0.04, "shape": "disc", "material": "carbon steel", "outer_radius": 0.6}),
     "shafts": scenes.yoke(shafts={"fast": {"ratio": 3}}, flywheel={"on": "fast", "irregularity": 0.04}),
@@ -461,9 +460,7 @@ MACHINES = {
 }
 PLACED = {
     "spread": lambda work: {"torque": work / (2 * np.pi)},
-    "early": lambda work: {"torque": work / 0.3, "from": 0.2, "to": 0.5},
     "late": lambda work: {"torque": work / 0.05, "from": 6.0, "to": 6.05},
-    "middle": lambda work: {"torque": work / 1.0, "from": 2.6, "to": 3.6},
 }
 
 

@@ -14,9 +14,6 @@ from tests.validation.test_books import CASES, G, agree, inputs, sized
 # Drive lines of textbooks: gear trains with losses, flywheels chosen by the motor's torque, heat of a start.
 
 
-FOOT = 0.3048
-
-
 def hoists(case: dict[str, Any]) -> dict[str, Any]:
     """The figures of a motor with a geared load and a hoist whose drum is taken with a radius of 1 m."""
     speed = case["N_rpm"] * pi / 30
