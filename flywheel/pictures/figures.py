@@ -230,9 +230,8 @@ def shade(colour: str, light: float) -> tuple[float, float, float]:
     >>> shade("#0000FF", 0.5), shade("#0000FF", -0.5)
     ((0.5, 0.5, 1.0), (0.0, 0.0, 0.5))
     """
-    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
     end, share = (1.0, light) if light > 0 else (0.0, -light)
-    return tuple(part + share * (end - part) for part in (red, green, blue))  # type: ignore[return-value]
+    return tuple(part + share * (end - part) for part in rgb(colour))  # type: ignore[return-value]
 
 
 def say(panel: Axes, title: str, why: str) -> None:
