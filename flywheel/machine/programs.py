@@ -84,8 +84,9 @@ class Programs:
     def __init__(self, machine: Machine) -> None:
         self.machine, self.why = machine, ""
         self._walks = 0
-        self._pieces: dict[tuple[float, bool], list[tuple[Program, Conditions | None]] | None] = {}
-        self._instants: dict[float, int] = {}
+        self._pieces: dict[tuple[float, int | None], list[tuple[Program, Conditions | None]] | None] = {}
+        self._whole: dict[bool, Callable[[Anchor], tuple[Program, None]] | None] = {}
+        self._instants: dict[tuple[float, int | None], int] = {}
         # with the program, so that ids stay
         self._functions: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}
 
@@ -128,20 +129,18 @@ class Programs:
             SceneError: if the program differs from the walk, which is a defect of this package.
 
         """
-        key = self._place(anchor), anchor.omega is None
+        key = self._place(anchor)
         pieces = self._pieces.setdefault(key, [])
         if pieces is None:
             return None
-        at = (anchor.omega, anchor.time)
         for program, conditions in pieces:
-            if conditions is None or conditions.kept(*at):
+            if conditions is None or conditions.kept(anchor.omega, anchor.time):
                 return program
-        recorded = (self._over_pieces or self._of_piece)(anchor)
-        if recorded is None:
-            self._pieces[key] = None
-            return None
-        self._pieces[key] = [*pieces[1 - _MOST_PROGRAMS :], recorded]
-        return recorded[0]
+        if (decided := anchor.omega is not None) not in self._whole:
+            self._whole[decided] = self._over_pieces(decided=decided)
+        recorded = (self._whole[decided] or self._of_piece)(anchor)
+        self._pieces[key] = recorded and [*pieces[1 - _MOST_PROGRAMS :], recorded]
+        return recorded and recorded[0]
 
     def function(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
         """A program of `motion` as a function (see `Program.function`), made once."""
@@ -151,9 +150,9 @@ class Programs:
         return self._functions[key][1]
 
     def pays(self, anchor: Anchor) -> bool:
-        """Tests whether the place of an anchor has a program, or is used so often that one pays; it counts each call."""
+        """Tests whether an anchor has a program or a share in one, or so many calls, each counted, that one pays."""
         place = self._place(anchor)
-        if (place, anchor.omega is None) in self._pieces:
+        if place in self._pieces or self._whole.get(anchor.omega is not None):
             return True
         self._instants[place] = self._instants.get(place, 0) + 1
         return self._instants[place] > _FEWEST_INSTANTS
@@ -166,9 +165,10 @@ class Programs:
         senses = [part for part in parts if part.names == {"v"} and part.tree.op in ("name", "neg")]  # one sign each
         return not any(part.names & POSITION for part in parts if part not in senses)
 
-    def _place(self, anchor: Anchor) -> float:
-        """The key of programs: the piece of an anchor between switches, or its very angle."""
-        return float(bisect_left(self._edges, anchor.phi)) if self._of_pieces else float(anchor.phi)
+    def _place(self, anchor: Anchor) -> tuple[float, int | None]:
+        """The key of programs: the piece of an anchor between switches, or its very angle; the sign of its speed, if any."""
+        sense = None if anchor.omega is None else (anchor.omega > 0.0) - (anchor.omega < 0.0)
+        return float(bisect_left(self._edges, anchor.phi)) if self._of_pieces else float(anchor.phi), sense
 
     @cached_property
     def _edges(self) -> list[float]:
@@ -194,38 +194,40 @@ class Programs:
         self._compare(self.function(program, "numpy"), anchor.phi, phi, omega, time, then)
         return program, conditions
 
-    @cached_property
-    def _over_pieces(self) -> Callable[[Anchor], tuple[Program, None]] | None:
-        """The same from one recording, by what an anchor decides in it; None where few pieces do not make that pay."""
+    def _over_pieces(self, *, decided: bool) -> Callable[[Anchor], tuple[Program, None]] | None:
+        """The same from one recording, by what an anchor decides in it, if `decided` by the sign of its speed, too.
+
+        None where few pieces do not make that pay.
+        """
         edges = self.machine.switches
         if edges.size < _SEVERAL or not self._of_pieces or self.machine.switches_at_speeds:
             return None
-        if any(effort.reverses and effort.uses_speed for effort in self.machine.efforts):
-            return None  # at rest, the anchor's direction decides a sign beside a speed
         recorder = Recorder()
-        arguments = [recorder.input(name) for name in ("anchor", "phi", "omega", "time", "unknown")]
+        anchor, *deciding = [recorder.input(name) for name in ("anchor", "speed there")[: 1 + decided]]
+        places = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
         try:
-            program = recorder.program(self._terms(*arguments), arguments)
+            program = recorder.program(self._terms(anchor, *places, deciding=deciding), [anchor, *deciding, *places])
         except _RECORDING_ERRORS:
             return None
         if recorder.guards:
             return None
         middle, speed, law = 0.5 * (edges[:-1] + edges[1:]), self.machine.typical_speed, program.function("math")
+        there = [speed] * len(deciding)
         try:
             for angle in middle[:: 1 + middle.size // _MANY_PIECES].tolist():
-                law(angle, angle, speed, 0.0, 1.0)
+                law(angle, *there, angle, speed, 0.0, 1.0)
         except (ValueError, ArithmeticError):  # a law that is not defined where it does not act
             return None
         anchors, phi = middle[:, None], edges[:-1, None] + _SHARES * np.diff(edges)[:, None]
-        self._compare(partial(program.function("numpy"), anchors), anchors, phi, speed, 0.0, [])
+        self._compare(partial(program.function("numpy"), anchors, *there), anchors, phi, speed, 0.0, there)
         early, late = program.split(4)
-        decided, kinds = early.function("math"), dict[tuple[bool | float | None, ...], Program]()
+        at_anchor, kinds = early.function("math"), dict[tuple[bool | float | None, ...], Program]()
         # loads that do not act in a piece cost nothing there; which is little beside a linkage, or a choice for each row
         linked = any(mechanism.linkage for mechanism in self.machine.scene.mechanisms)
         chooses = edges.size < _MANY_PIECES and not linked
 
         def of_piece(anchor: Anchor) -> tuple[Program, None]:
-            values = decided(anchor.phi)
+            values = at_anchor(*anchor[: 1 + decided])
             kind = tuple([v if v == 0.0 or type(v) is bool else None for v in values]) if chooses else ()
             if kind not in kinds:
                 known = {n: value for n, value in enumerate(kind) if value is not None}
