@@ -316,16 +316,18 @@ class MachineDynamics:
         there: at the anchor itself, where each mesh has the sign of its side, even if nothing passes it yet.
         """
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
-        if anchor.factors is not None or self.joint_friction is not None:
+        if there and anchor.factors is not None:
+            near = [anchor.factors[stage.near] for stage in self.machine.stages]
+            outwards = [1.0 if own > nearer else -1.0 for own, nearer in zip(anchor.factors[1:], near[1:], strict=True)]
+            rows += [wide(anchor.sense(omega) * way, phi.shape) for way in outwards]
+        if self.joint_friction is not None or (anchor.factors is not None and not there):
             now = self.at_many(phi, anchor, omega, time, states, watched=True)
-            inert = now.inertia * (np.abs(now.acceleration) + omega * omega)
-            level = _FORCE_ROUNDING * (np.abs(now.moment) + inert + np.sum(np.abs(now.passed), axis=0))
-            for k, tau in enumerate(now.passed[1:], start=1):
-                if there and anchor.factors is not None:
-                    outwards = anchor.factors[k] > anchor.factors[self.machine.stages[k].near]
-                    rows.append(wide(anchor.sense(omega) * (1.0 if outwards else -1.0), phi.shape))
-                else:
-                    rows.append(tau if there else np.where(np.abs(tau) > level, tau, 0.0))
+            if not there:
+                inert = now.inertia * (np.abs(now.acceleration) + omega * omega)
+                level = _FORCE_ROUNDING * (np.abs(now.moment) + inert + np.sum(np.abs(now.passed), axis=0))
+                rows += [np.where(np.abs(tau) > level, tau, 0.0) for tau in now.passed[1:]]
+            elif anchor.factors is None:
+                rows += now.passed[1:]
             if now.friction is not None:
                 rows += list(now.friction.decisive)
         return rows
