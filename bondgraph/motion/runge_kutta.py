@@ -292,6 +292,13 @@ def at(steps: Sequence[MethodStep], owners: Indices, times: Array) -> Array:
     return _evaluated(states, np.moveaxis(_series(mine), 0, -1)[..., where], (times - start[where]) / h[where])
 
 
+def over(steps: Sequence[MethodStep], times: Array) -> Array:
+    """States (k, steps, n) at times (steps, n) within each of several steps of one method."""
+    states, (start, h) = np.array([step.state for step in steps]).T, np.array([(step.t, step.h) for step in steps]).T
+    shares = (times - start[:, None]) / h[:, None]
+    return _evaluated(states[..., None], np.moveaxis(_series(steps), 0, -1)[..., None], shares)
+
+
 class DormandPrince:
     """The motion dy/dt = rates(t, y) from (t, y) on, stepped within a relative error and one of each state.
 
@@ -385,6 +392,10 @@ class RateField(NamedTuple):
     stiff: float = STIFF
     plain: bool = False
 
+    def one(self, t: float, state: Any) -> Array:
+        """The rates (k,) at one instant."""
+        return self.rates(np.array([t]), np.array(state)[:, None])[:, 0]
+
 
 def _radau() -> tuple[Array, Array, Array, Array]:
     """Radau's points on (0, 1]; matrices from values there to gains, to the series of gains, and to their own series."""
@@ -413,10 +424,19 @@ def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
     return rates[:, 0], (rates[:, 1:] - rates[:, :1]) / steps
 
 
-def decay(along: RateField, t: float, state: Array) -> float:
-    """The decay rate of the fastest small change of a state, 1/s; 0 if none decays, or where it is unknown."""
-    _, slope = slopes(along, np.array([t]), state[:, None])
-    scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
+@np.errstate(all="ignore")
+def decay(rates: Rates, sizes: Array, t: float, state: Sequence[float]) -> float:
+    """The decay rate of the fastest small change of a state of a size, 1/s; 0 if none decays, or where it is unknown.
+
+    >>> round(decay(lambda t, y: (y[1], -4.0 * y[1]), np.ones(2), 0.0, (0.0, 1.0)), 4)
+    4.0
+    """
+    now, rows = np.array(rates(t, tuple(state))), []
+    for k, (value, size) in enumerate(zip(state, sizes.tolist(), strict=True)):
+        moved = value + _TRIED * size
+        there = np.array(rates(t, (*state[:k], moved, *state[k + 1 :])))
+        rows.append((there - now) / (moved - value))
+    scaled = np.array(rows).T * sizes / sizes[:, None]
     if not np.isfinite(scaled).all():
         return 0.0
     return max(0.0, -float(np.linalg.eigvals(scaled).real.min()))
@@ -444,7 +464,7 @@ class Implicit:
     def __init__(self, along: RateField, t: float, state: Array, relative: float, absolute: Array) -> None:
         self.along, self.relative, self.absolute = along, relative, np.maximum(absolute, 1e-300)
         self.t, self.state = t, state
-        rate = decay(along, t, state)
+        rate = decay(along.one, along.sizes, t, state.tolist())
         self.h = _FIRST / rate if rate > 0.0 else np.inf
 
     def step(self, longest: float, speed: float) -> Callable[[Any], Array] | None:

@@ -32,7 +32,7 @@ from bondgraph.motion import stepping
 from bondgraph.motion.algebra import WEIGHTLESS, Balance, settle
 from bondgraph.motion.dynamics import Dynamics, PlainRates, RateLog, Walk
 from bondgraph.motion.run import Auditor, Event, Mode, Run, difference, energy_scales, lost_heat, rounding
-from bondgraph.motion.runge_kutta import RateField, decay
+from bondgraph.motion.runge_kutta import decay
 from bondgraph.motion.stepping import (
     ADAPTIVE,
     FIXED,
@@ -380,12 +380,8 @@ class _Stepper:
 
     def _check_stiffness(self, rates: PlainRates, stretch: Step, step: float, cost: float) -> None:
         """Checks whether stability limits the steps, by a mode that has decayed long ago."""
-
-        def each(times: Array, states: Array) -> Array:
-            return np.array([rates(t, state) for t, state in zip(times.tolist(), states.T.tolist(), strict=True)]).T
-
         sizes, steps = np.maximum(np.abs(stretch.after), self.scale), (self.until - stretch.end) / step
-        rate = decay(RateField(each, sizes), stretch.end, stretch.after) if sizes.size else 0.0
+        rate = decay(rates, sizes, stretch.end, stretch.after) if sizes.size else 0.0
         if step * rate > 0.5 * _STABLE[self.method] and steps > _MANY:
             raise _StiffnessError(rate, step, steps * cost)
 

@@ -85,6 +85,15 @@ class Step(NamedTuple):
         return np.inf
 
 
+def over(steps: Sequence[Step], shares: Array) -> tuple[Array, Array]:
+    """Times (steps, n) and states (k, steps, n) at shares of the length of each of several steps."""
+    times = np.array([step.start + (step.end - step.start) * shares for step in steps])
+    explicit = [step.dense for step in steps if isinstance(step.dense, runge_kutta.MethodStep)]
+    if len(explicit) == len(steps):
+        return times, runge_kutta.over(explicit, times)
+    return times, np.stack([step.dense(row) for step, row in zip(steps, times, strict=True)], axis=1)
+
+
 def owners(stretches: Sequence[Step], times: Array) -> Indices:
     """The places of the steps that times lie in."""
     ends = np.array([s.end for s in stretches])
@@ -470,7 +479,8 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
     """The same without watched values, explicit steps by a method."""
     rates, _, until, (relative, absolute), along, length = piece
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
-        stiff = decay(along, t, state) * piece.rest(float(rates(t, state)[0]), t, state) > along.stiff
+        fastest = decay(rates, along.sizes, t, state.tolist())
+        stiff = fastest * piece.rest(float(rates(t, state)[0]), t, state) > along.stiff
     else:
         stiff = along is not None and along.stiff == 0.0 and not along.plain
     if along is not None and stiff:
@@ -515,7 +525,7 @@ def _onwards(piece: Piece, t: float, state: Array, hint: float | None, method: M
         if along is not None and taken % _MANY == 0:
             cheaper, mean, now = not along.plain, (solver.t - t) / taken, np.array(solver.y)
             if along.plain and piece.rest(solver.f[0], solver.t, now) > _MANY * mean:  # where stability limits many steps
-                cheaper = mean * decay(along, solver.t, now) > 0.5 * STABLE[solver.method.order]
+                cheaper = mean * decay(rates, along.sizes, solver.t, solver.y) > 0.5 * STABLE[solver.method.order]
             if cheaper:
                 rest = piece._replace(along=along._replace(stiff=0.0, plain=False))
                 yield from _onwards(rest, solver.t, now, None, method)
@@ -603,14 +613,10 @@ def _may_cross(events: Events, steps: Sequence[Step]) -> list[bool]:
     if len(steps) < 2 or not events.sides.size:
         return [True] * len(steps)
     nodes, to_series = _IMPLICIT_SERIES
-    times = np.array([step.start + (step.end - step.start) * nodes for step in steps])
-    explicit = [step.dense for step in steps if isinstance(step.dense, runge_kutta.MethodStep)]
-    if len(explicit) == len(steps):
-        states = runge_kutta.at(explicit, np.repeat(np.arange(len(steps)), nodes.size), times.ravel())
-    else:
-        states = np.concatenate([step.dense(row) for step, row in zip(steps, times, strict=True)], axis=1)
+    times, states = over(steps, nodes)
     with np.errstate(all="ignore"):  # as beyond an event
-        values = (events.sides[:, None] * events.values(times.ravel(), states)).reshape(-1, *times.shape)
+        values = events.sides[:, None] * events.values(times.ravel(), states.reshape(len(states), -1))
+    values = values.reshape(-1, *times.shape)
     series = values @ to_series.T
     least = series[..., 0] - np.abs(series[..., 1:]).sum(axis=-1)
     if events.rounding is not None:

@@ -298,12 +298,13 @@ def friction_of(machine: Machine) -> str:
 # -- the motion from a start ----------------------------------------------------------------------------------------------
 
 
-def stiffness(machine: Machine) -> float:
+def stiffness(machine: Machine, *, plain: bool = False) -> float:
     """The number of time constants ahead that makes a machine's motion stiff (see `RateField`).
 
-    For a linkage many positions cost as much as one, so implicit steps, which need many, are always taken.
+    For a linkage many positions cost as much as one, so implicit steps, which need many, are always taken, unless its laws
+    are known in plain numbers.
     """
-    if any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+    if not plain and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
         return 0.0
     return STIFF if machine.depends_on_speed else np.inf
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bondgraph.motion.runge_kutta import RateField, Rates
-from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, residuals, through
+from bondgraph.motion.stepping import TIGHTEST, Events, Piece, Step, StepError, over, residuals, through
 from flywheel.machine.dynamics import MachineDynamics, PlainInstant, dynamics_of
 from flywheel.machine.equation import NoMotionError
 from flywheel.machine.machine import Anchor, Machine
@@ -200,22 +200,21 @@ def _limited(scene: Scene, steps: list[Step], speed: float, scale: float) -> dic
     def heat(turned: Array, states: Array) -> Array:
         return motor.heat_share(turned, () if circuit is None else tuple(states))
 
-    starts, widths = np.array([(step.start, step.end - step.start) for step in steps]).T[:, :, None]
+    widths, samples = np.array([step.end - step.start for step in steps]), over(steps, _SAMPLES)[1]
+    inside = over(steps, _GAUSS)[1]
 
-    def along(law: Callable[[Array, Array], Array], times: Array, which: Sequence[Step]) -> Array:
-        states = np.stack([step.dense(row) for step, row in zip(which, times, strict=True)], axis=1)
+    def along(law: Callable[[Array, Array], Array], states: Array) -> Array:
         return law(ratio * speed * (1.0 + scale * states[1]), states[2:])
 
     def mean(law: Callable[[Array, Array], Array]) -> float:
-        works = widths[:, 0] * (along(law, starts + widths * _GAUSS, steps) @ _GAUSS_WEIGHTS)
-        return float(works.sum()) / (steps[-1].end - steps[0].start)
+        return float((widths * (along(law, inside) @ _GAUSS_WEIGHTS)).sum()) / (steps[-1].end - steps[0].start)
 
     def greatest(law: Callable[[Array, Array], Array], sign: float) -> float:
-        values = sign * along(law, starts + widths * _SAMPLES, steps)
+        values = sign * along(law, samples)
         best = float(values.max())
         for k in np.flatnonzero(values.max(axis=1) + 0.25 * np.ptp(values, axis=1) > best).tolist():
-            inside = starts[k] + widths[k] * _turns(values[k])
-            best = max([best, *(sign * along(law, inside[None], steps[k : k + 1])[0]).tolist()])
+            turns = over(steps[k : k + 1], _turns(values[k]))[1]
+            best = max([best, *(sign * along(law, turns)[0]).tolist()])
         return sign * best
 
     def extremes(law: Callable[[Array, Array], Array]) -> tuple[float, float]:
@@ -378,7 +377,7 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
 
     """
     machine = dynamics.machine
-    equations = _ScaledEquation(dynamics, speed, scale, stiffness(machine))
+    equations = _ScaledEquation(dynamics, speed, scale)
     edges = np.union1d(machine.switches, np.setdiff1d(machine.restarts, machine.breakpoints))
     own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
     tolerance = tight, tight * np.array([1.0, 1.0, *own])
@@ -389,7 +388,9 @@ def one_cycle(dynamics: MachineDynamics, speed: float, scale: float, first: Arra
         tries = 0
         while True:
             anchor, own = equations.anchor(state, (low, high)) if tries <= _TRIES else (None, state[2:])
-            rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
+            law = dynamics.plainly(anchor or Anchor(0.5 * (low + high), None, None))
+            rates = equations.rates((low, high), anchor, law)
+            along = equations.along((low, high), anchor, state, plain=law is not None)
             events = None if anchor is None else equations.events(anchor, own, tau, state)
             stepping = through(Piece(rates, (low, high), np.inf, tolerance, along), tau, state, hint, events)
             most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
@@ -416,11 +417,10 @@ class _ScaledEquation(NamedTuple):
     dynamics: MachineDynamics
     speed: float
     scale: float
-    stiff: float  # see `RateField`
 
-    def rates(self, ends: tuple[float, float], anchor: Anchor | None) -> Rates:
-        """d(phi, u, a motor's states)/dtau within a stretch."""
-        dynamics, speed, scale, _ = self
+    def rates(self, ends: tuple[float, float], anchor: Anchor | None, law: PlainInstant | None) -> Rates:
+        """d(phi, u, a motor's states)/dtau within a stretch, by its law in plain numbers if there is one."""
+        dynamics, speed, scale = self
         middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
 
         def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
@@ -430,10 +430,7 @@ class _ScaledEquation(NamedTuple):
             derivative = ratio, float(at.acceleration) / (speed * speed * scale)
             return (*derivative, *(float(rate) / speed for rate in at.rates)) if own else derivative
 
-        law = dynamics.plainly(anchor or Anchor(middle, None, None))
-        if law is None:
-            return rates
-        return self._recorded(law, rates)
+        return rates if law is None else self._recorded(law, rates)
 
     def _recorded(self, law: PlainInstant, walked: Rates) -> Rates:
         """The same rates by the recorded walk; if a law is not defined, by the walk itself."""
@@ -459,9 +456,9 @@ class _ScaledEquation(NamedTuple):
 
         return rates
 
-    def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array) -> RateField | None:
+    def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array, *, plain: bool) -> RateField | None:
         """The same rates at many instants at once; None if branches are decided at every instant."""
-        dynamics, speed, scale, stiff = self
+        dynamics, speed, scale = self
         if anchor is None and dynamics.branching:
             return None
         place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
@@ -474,7 +471,7 @@ class _ScaledEquation(NamedTuple):
             at = dynamics.at_many(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
             return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
 
-        return RateField(rates, np.array(sizes), stiff)
+        return RateField(rates, np.array(sizes), stiffness(dynamics.machine, plain=plain))
 
     def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
         """Point that decides the branches of the next stretch, a little ahead; None if position alone decides them.
@@ -486,7 +483,7 @@ class _ScaledEquation(NamedTuple):
         phi, width = float(state[0]), ends[1] - ends[0]
         middle = 0.5 * (ends[0] + ends[1])
         here = Anchor(middle, self.speed * (1.0 + self.scale * float(state[1])), 0.0)
-        rate = self.rates(ends, here)(0.0, state)
+        rate = self.rates(ends, here, None)(0.0, state)
         ahead = _AHEAD * width / float(rate[0])
         place = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
         omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))
@@ -500,7 +497,7 @@ class _ScaledEquation(NamedTuple):
 
         start: tau where the stretch begins, from the state.
         """
-        dynamics, speed, scale, _ = self
+        dynamics, speed, scale = self
 
         def values(tau: Array, states: Array) -> Array:
             omega = np.asarray(speed * (1.0 + scale * states[1]))

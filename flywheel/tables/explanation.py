@@ -8,6 +8,7 @@ from typing import Any
 
 from flywheel.machine.loads import moving_switches
 from flywheel.machine.machine import Machine
+from flywheel.machine.programs import programs_of
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
 from flywheel.scene.scene import CONFIRM, Mechanism, Scene, Transmission
@@ -174,7 +175,8 @@ def _motion(sizing: Sizing) -> str:
     from flywheel.regime.free_motion import stiffness
 
     implicitly = {0.0: ", implicitly, as a linkage is solved at many positions at once,", float("inf"): ""}
-    steps = f"in time{implicitly.get(stiffness(machine), ', implicitly where it is stiff,')}"
+    plain = not (machine.has_joint_friction or programs_of(machine).why)
+    steps = f"in time{implicitly.get(stiffness(machine, plain=plain), ', implicitly where it is stiff,')}"
     return f"stepped {steps} through {cycles}, with {evaluations}, and compared with the figures"
 
 

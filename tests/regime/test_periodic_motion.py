@@ -808,9 +808,9 @@ def test_a_stretch_of_many_steps_goes_on_implicitly():
 
 def test_the_fastest_decay_is_told():
     _, along = relaxing(250.0)
-    assert decay(along, 0.0, np.array([0.0, 1.0])) == pytest.approx(250.0, rel=1e-6)
+    assert decay(along.one, along.sizes, 0.0, [0.0, 1.0]) == pytest.approx(250.0, rel=1e-6)
     growing = RateField(lambda t, states: np.array([np.ones_like(t), 3.0 * states[1]]), np.ones(2))
-    assert decay(growing, 0.0, np.array([0.0, 1.0])) == 0.0
+    assert decay(growing.one, growing.sizes, 0.0, [0.0, 1.0]) == 0.0
 
 
 def test_rounding_does_not_stop_the_steps():
