@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -194,10 +194,7 @@ class MachineDynamics:
         if program is None or anchor.direction == 0.0 or (len(machine.stages) > 1 and not anchor.factors):
             return None
         law, unknown, flywheel = programs.function(program, "math"), self.balance, self.inertia
-
-        carrying = next((k for k, stage in enumerate(machine.stages) if stage.carries_flywheel), 0)
-        driven = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
-        equation = _equation(anchor.factors or (1.0,), carrying, driven)
+        equation = _equation(anchor.factors or (1.0,), *self._places)
 
         def instant(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
             if circuit is None:
@@ -207,6 +204,13 @@ class MachineDynamics:
             return (*terms, circuit.rates(ratio * omega, states))
 
         return instant
+
+    @cached_property
+    def _places(self) -> tuple[int, int]:
+        """The stage that carries the flywheel, and the one that is driven."""
+        stages = self.machine.stages
+        carrying = next((k for k, stage in enumerate(stages) if stage.carries_flywheel), 0)
+        return carrying, next((k for k, stage in enumerate(stages) if stage.drives), 0)
 
     def at_many(
         self,
@@ -332,7 +336,7 @@ class MachineDynamics:
                 rows += list(now.friction.decisive)
         return rows
 
-    @property
+    @cached_property
     def branching(self) -> bool:
         """Tests whether branches depend on speed, time, the driving side of a mesh, or friction of joints or shafts."""
         return self.holds or len(self.machine.stages) > 1 or self.machine.switches_at_speeds

@@ -419,22 +419,11 @@ class _ScaledEquation(NamedTuple):
     scale: float
 
     def rates(self, ends: tuple[float, float], anchor: Anchor | None, law: PlainInstant | None) -> Rates:
-        """d(phi, u, a motor's states)/dtau within a stretch, by its law in plain numbers if there is one."""
-        dynamics, speed, scale = self
-        middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
-
-        def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
-            phi, u, *own = state
-            ratio = 1.0 + scale * u
-            at = dynamics.at(phi, middle, speed * ratio, states=own, ends=ends, anchor=anchor)
-            derivative = ratio, float(at.acceleration) / (speed * speed * scale)
-            return (*derivative, *(float(rate) / speed for rate in at.rates)) if own else derivative
-
-        return rates if law is None else self._recorded(law, rates)
-
-    def _recorded(self, law: PlainInstant, walked: Rates) -> Rates:
-        """The same rates by the recorded walk; if a law is not defined, by the walk itself."""
-        speed, scale = self.speed, self.scale
+        """d(phi, u, a motor's states)/dtau within a stretch, by its law in plain numbers where that is defined."""
+        walked = partial(self._walked, ends, anchor)
+        if law is None:
+            return walked
+        _, speed, scale = self
         unit, calls = 1.0 / (speed * speed * scale), 0
 
         def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
@@ -450,28 +439,38 @@ class _ScaledEquation(NamedTuple):
             except (ValueError, ArithmeticError):
                 acceleration = math.nan
             if acceleration - acceleration != 0.0:
-                derivative: Sequence[float] = walked(tau, state)
-                return derivative
+                return walked(tau, state)
             return (ratio, acceleration * unit, *(rate / speed for rate in changes)) if own else (ratio, acceleration * unit)
 
         return rates
 
+    def _walked(
+        self, ends: tuple[float, float], anchor: Anchor | None, tau: float, state: Sequence[float]
+    ) -> Sequence[float]:
+        """The rates at an instant, by the walk."""
+        dynamics, speed, scale = self
+        phi, u, *own = state
+        ratio, middle = 1.0 + scale * u, 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
+        at = dynamics.at(phi, middle, speed * ratio, states=own, ends=ends, anchor=anchor)
+        return (ratio, float(at.acceleration) / (speed * speed * scale), *(float(rate) / speed for rate in at.rates))
+
     def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array, *, plain: bool) -> RateField | None:
         """The same rates at many instants at once; None if branches are decided at every instant."""
-        dynamics, speed, scale = self
+        dynamics, circuit = self.dynamics, self.dynamics.circuit
         if anchor is None and dynamics.branching:
             return None
-        place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
-        sizes = [1.0, 1.0 / scale]
+        sizes = [1.0, 1.0 / self.scale]
         if circuit is not None:
             sizes += [max(abs(float(value)), size) for value, size in zip(state[2:], circuit.scales, strict=True)]
-
-        def rates(tau: Array, states: Array) -> Array:
-            ratio = 1.0 + scale * states[1]
-            at = dynamics.at_many(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
-            return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
-
+        rates = partial(self._together, ends, anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None))
         return RateField(rates, np.array(sizes), stiffness(dynamics.machine, plain=plain))
+
+    def _together(self, ends: tuple[float, float], place: Anchor, tau: Array, states: Array) -> Array:
+        """The rates (k, n) at times (n,) and states (k, n)."""
+        dynamics, speed, scale = self
+        ratio = 1.0 + scale * states[1]
+        at = dynamics.at_many(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
+        return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
 
     def anchor(self, state: Array, ends: tuple[float, float]) -> tuple[Anchor | None, Array]:
         """Point that decides the branches of the next stretch, a little ahead; None if position alone decides them.
