@@ -432,6 +432,8 @@ def halley(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Arr
 
     Halley's method, which trebles the digits with every evaluation of a series and its derivatives; bisection if that fails.
     """
+    if not t.size:
+        return t, t
     each = product(rows, _DERIVATIVES).reshape(-1, 3, ORDER)
     step = right - left
     for _ in range(_MOST_STEPS):

@@ -289,10 +289,9 @@ class Search:
         yield from self._narrow(name, limit, alone=alone)
         points = yield from self._with_extremes(name, limit)
         states = [point.state(name, limit) for point in points]
-        first = points[0].shares[name].error / limit if points[0].motions else 0.0
-        if states[0] is LimitState.KEPT and first > self.rtol:  # the figure of a trial motion
-            first = (yield from self.closely(points[0].inertia)).shares[name].error / limit
-        spans = [Span(states[0], 0.0, np.inf, first)]
+        # no flywheel is exact, unless its figure is at the limit but for the error
+        nearly = bool(points[0].motions) and abs(points[0].shares[name].value - limit) <= points[0].shares[name].error
+        spans = [Span(states[0], 0.0, np.inf, points[0].shares[name].error / limit if nearly else 0.0)]
         for before, after, was, state in zip(points, points[1:], states, states[1:], strict=False):
             if was is not state:
                 inertia, error = after.inertia, 1.0 - before.inertia / after.inertia
