@@ -96,6 +96,7 @@ class OwnMotion(NamedTuple):
     cuts_error: float = 0.0  # rad by which meshes may reverse elsewhere than cells are cut
     vanishing: bool = False  # its flywheel stands for none: it is the limit of ever lighter ones
     base: Array | None = None  # edges of its cells (rad) but for those at which it switches laws itself
+    cuts: Array | None = None  # angles (rad) at which it does
 
     @property
     def speed(self) -> float:
@@ -455,8 +456,10 @@ class _RegimeSearch(NamedTuple):
                 moments = self.moments(self.machine.mesh, switches)
                 again = self.periodic(moments, rough.reference, carried(rough, moments), intermediate=True)
                 return self.refinement(again, self.machine.mesh, switches)
-        base, cuts = self.layers(base, np.zeros(0), self.reference, inertia, unknown)
-        moments = self.moments(base, cuts)
+        if (moments := self.moments(base, cuts := np.zeros(0))).circuit is None:
+            rate = moments.rate(np.full(moments.mesh.phi.shape, self.reference), unknown, inertia)
+            base = _layered(base, moments.mesh, rate.by_speed / ((inertia + moments.inertia) * self.reference))
+            moments = self.moments(base, cuts)
         solved = self.periodic(moments, self.reference, start(moments), intermediate=moments.lossy)
         return self.refinement(solved, base, cuts)
 
@@ -490,14 +493,15 @@ class _RegimeSearch(NamedTuple):
 
     def from_secant(self, other: OwnMotion, beyond: OwnMotion, share: float) -> OwnMotion:
         """The motion from a share of the way from one with another flywheel to a third."""
-        (cuts, _), base = _switching(other.solved), self.machine.mesh if other.base is None else other.base
-        if share:
-            ahead, _ = _switching(beyond.solved)
-            if ahead.size == cuts.size:
-                moved = cuts + share * (ahead - cuts)
-                cuts = moved if (base.searchsorted(moved) == base.searchsorted(cuts)).all() else cuts
-        base, cuts = self.layers(base, cuts, other.speed, other.inertia, other.solved.state.unknown)
-        start, reference = carried(other.solved, moments := self.moments(base, cuts)), other.solved.reference
+        cuts, ahead = (_switching(each.solved)[0] if each.cuts is None else each.cuts for each in (other, beyond))
+        base, last = self.machine.mesh if other.base is None else other.base, other.solved
+        if share and ahead.size == cuts.size:
+            moved = cuts + share * (ahead - cuts)
+            cuts = moved if (base.searchsorted(moved) == base.searchsorted(cuts)).all() else cuts
+        if last.moments.circuit is None:
+            fading = last.rate.by_speed / ((last.state.inertia + last.moments.inertia) * last.omega)
+            base = _layered(base, last.moments.mesh, fading)
+        start, reference = carried(last, moments := self.moments(base, cuts)), last.reference
         if share:
             state = about(beyond.solved, reference)
             own, further = float(moments.inertia.max()), carried(beyond.solved._replace(state=state), moments)
@@ -512,27 +516,6 @@ class _RegimeSearch(NamedTuple):
             start = with_inertia(start, moments, reference, self.demand.inertia)
         intermediate = cuts.size > 0 and other.inertia != self.demand.inertia
         return self.refinement(self.periodic(moments, reference, start, intermediate=intermediate), base, cuts)
-
-    def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
-        """Edges and cuts, with edges that concentrate at the end of each cell where the speed settles steeply.
-
-        The effect of a jump of torque on a strongly damped machine is over within 1/|dF/dE| rad after it; if changes grow
-        with phi, before it.
-        """
-        moments = self.moments(base, cuts)
-        edges = moments.mesh.edges
-        if moments.circuit is not None:
-            return base, cuts
-        rate = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia)
-        layers = []
-        for k, row in enumerate(rate.by_speed / ((inertia + moments.inertia) * speed)):
-            low, high = edges[k : k + 2].tolist()
-            steepest = float(row[np.abs(row).argmax()])
-            width = _LAYER / max(abs(steepest), 1e-300)
-            while width < 0.5 * (high - low) and np.isfinite(steepest):
-                layers.append(low + width if steepest < 0.0 else high - width)
-                width *= 2.0
-        return (_without(cells.merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base), cuts
 
     def narrow(self, inertia: float, unknown: float) -> Array:
         """Edges of cells as narrow as the swings of a motor's own states need; the machine's own without such states."""
@@ -580,7 +563,7 @@ class _RegimeSearch(NamedTuple):
                 if settled:
                     stalls = 0 if best is None or error <= 0.9 * least else stalls + 1
                     if best is None or error < least:
-                        best, least = motion._replace(base=base), error
+                        best, least = motion._replace(base=base, cuts=angles), error
                     if error <= allowed or stalls > 1:
                         break
                 if error > allowed:
@@ -685,6 +668,23 @@ class _RegimeSearch(NamedTuple):
                     raise stops
             before, before_last, last = last.inertia - lighter.inertia, last, lighter
         raise stops
+
+
+def _layered(base: Array, mesh: cells.Cells, fading: Array) -> Array:
+    """Edges with others that concentrate at an end of each cell of a mesh where the speed settles steeply, by dF/dE there.
+
+    The effect of a jump of torque on a strongly damped machine is over within 1/|dF/dE| rad after it; if changes grow
+    with phi, before it.
+    """
+    edges, layers = mesh.edges, list[float]()
+    for k, row in enumerate(fading):
+        low, high = edges[k : k + 2].tolist()
+        steepest = float(row[np.abs(row).argmax()])
+        width = _LAYER / max(abs(steepest), 1e-300)
+        while width < 0.5 * (high - low) and np.isfinite(steepest):
+            layers.append(low + width if steepest < 0.0 else high - width)
+            width *= 2.0
+    return _without(cells.merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base
 
 
 def _without(finer: Array, edges: Array, base: Array) -> Array:
