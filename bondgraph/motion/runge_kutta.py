@@ -214,7 +214,7 @@ class MethodStep:
     As a function of a time, or of times (n,), it gives the states there, (k,) or (k, n).
     """
 
-    __slots__ = ("_series", "_table", "after", "h", "method", "rates", "slopes", "state", "t")
+    __slots__ = ("_series", "after", "h", "method", "rates", "slopes", "state", "t")
 
     def __init__(
         self, method: Method, rates: Rates | None, t: float, h: float, state: State, after: State, slopes: Sequence[State]
@@ -222,7 +222,6 @@ class MethodStep:
         self.method, self.rates, self.t, self.h = method, rates, t, h
         self.state, self.after, self.slopes = state, after, slopes
         self._series: Array | None = None
-        self._table: Array | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return MethodStep, (self.method, None, self.t, self.h, self.state, self.after, self._complete())
@@ -237,11 +236,10 @@ class MethodStep:
 
     def __call__(self, t: Any) -> Array:
         """The states at a time within the step, or at times."""
-        if self._series is None:
-            self._series = _series([self])[0]
+        series = _series([self])[0]
         share = (np.asarray(t, dtype=float) - self.t) / self.h
         wide = (slice(None), *(None,) * share.ndim)
-        return _evaluated(np.array(self.state)[wide], self._series[(..., *wide[1:])], share)
+        return _evaluated(np.array(self.state)[wide], series[(..., *wide[1:])], share)
 
     def _complete(self) -> Sequence[State]:
         """The slopes at all stages, those of the polynomial within the step too."""
@@ -254,7 +252,7 @@ class MethodStep:
             for k, (weights, node) in enumerate(rows, before):
                 point: State = tuple((first + self.h * (weights @ table[:k])).tolist())
                 table[k] = self.rates(self.t + node * self.h, point)
-            self.slopes, self._table = (*self.slopes, *map(tuple, table[before:].tolist())), table
+            self.slopes = (*self.slopes, *map(tuple, table[before:].tolist()))
         return self.slopes
 
 
@@ -266,13 +264,17 @@ def _within(method: Method) -> list[tuple[Array, float]]:
 
 def _series(steps: Sequence[MethodStep]) -> Array:
     """Coefficients (steps, terms, k) of the states' gains in share (c0 + (1 - share) (c1 + share (c2 + ...)))."""
-    method = steps[0].method
-    slopes = np.array([slopes if step._table is None else step._table for step in steps for slopes in [step._complete()]])
-    gained = np.array([step.after for step in steps]) - np.array([step.state for step in steps])
-    h = np.array([step.h for step in steps])[:, None]
-    first, last = slopes[:, 0], slopes[:, len(method.weights)]
-    terms = [gained, h * first - gained, 2.0 * gained - h * (last + first)]
-    return np.concatenate((np.stack(terms, axis=1), h[:, None] * np.matmul(np.array(method.dense), slopes)), axis=1)
+    method, fresh = steps[0].method, [step for step in steps if step._series is None]
+    if fresh:
+        slopes = np.array([step._complete() for step in fresh])
+        gained = np.array([step.after for step in fresh]) - np.array([step.state for step in fresh])
+        h = np.array([step.h for step in fresh])[:, None]
+        first, last = slopes[:, 0], slopes[:, len(method.weights)]
+        terms = [gained, h * first - gained, 2.0 * gained - h * (last + first)]
+        rows = np.concatenate((np.stack(terms, axis=1), h[:, None] * np.matmul(np.array(method.dense), slopes)), axis=1)
+        for step, own in zip(fresh, rows, strict=True):
+            step._series = own
+    return np.array([step._series for step in steps])
 
 
 def _evaluated(state: Array, series: Array, share: Array) -> Array:

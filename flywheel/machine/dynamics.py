@@ -132,9 +132,11 @@ class MachineDynamics:
     def _by_direction(self, anchor: Anchor, omega: Any) -> list[tuple[Machine, Any]]:
         """The machine with its laws in each direction of the motion, and the instants with that direction."""
         machine, back = self.machine, anchor.sense(omega) < 0.0
-        if not np.any(back) or machine.backwards is machine:
+        if not back.any() if isinstance(back, np.ndarray) else not back:
             return [(machine, True)]
-        return [(machine.backwards, True)] if np.all(back) else [(machine, ~back), (machine.backwards, back)]
+        if np.all(back) or machine.backwards is machine:
+            return [(machine.backwards, True)]
+        return [(machine, ~back), (machine.backwards, back)]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return MachineDynamics, (self.machine, self.inertia, self.balance, self.joint_friction)
@@ -662,10 +664,10 @@ class Trail(NamedTuple):
         states = np.empty((3 + len(self.start.states), times.size))
         steps = [stretch.step.dense for stretch in self.stretches]
         explicit = np.array([isinstance(step, runge_kutta.MethodStep) for step in steps])[which]
-        order = np.argsort(which, kind="stable")
         if explicit.any():
             states[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])
-            order = order[~explicit[order]]
+        rest = np.flatnonzero(~explicit)
+        order = rest[np.argsort(which[rest], kind="stable")]
         firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
         for mine in np.split(order, firsts[1:]) if order.size else ():
             states[:, mine] = steps[which[mine[0]]](times[mine])
