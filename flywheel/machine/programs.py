@@ -203,7 +203,7 @@ class Programs:
         if edges.size < _SEVERAL or not self._of_pieces or self.machine.switches_at_speeds:
             return None
         recorder = Recorder()
-        anchor, *deciding = [recorder.input(name) for name in ("anchor", "speed there")[: 1 + decided]]
+        anchor, *deciding = [recorder.input(name) for name in ("anchor", "deciding")[: 1 + decided]]
         places = [recorder.input(name) for name in ("phi", "omega", "time", "unknown")]
         try:
             program = recorder.program(self._terms(anchor, *places, deciding=deciding), [anchor, *deciding, *places])

@@ -643,12 +643,12 @@ def _eliminated(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
     right = np.zeros((*lead, states, nodes, states + parameters + 1))
     for k in range(states):
         right[..., k, :, k] = 1.0
-    right[..., states:-1] = np.einsum("...ij,...apj->...aip", reach, by_parameter)
+    right[..., states:-1] = reach[..., None, :, :] @ np.swapaxes(by_parameter, -2, -1)
     right[..., -1] = at_nodes
     solved = _solved(matrix, right.reshape(*lead, states * nodes, -1)).reshape(right.shape)
     rates = np.einsum("...abj,...bjk->...ajk", jacobian, solved)
     rates[..., states:-1] += np.swapaxes(by_parameter, -2, -1)
-    gained = half[..., None, None] * np.einsum("j,...ajk->...ak", _WHOLE, rates)  # over a cell, beside what it starts with
+    gained = half[..., None, None] * (_WHOLE @ rates)  # over a cell, beside what it starts with
     gained[..., -1] += at_edges
     return solved, gained
 
@@ -682,7 +682,7 @@ def _chained(solved: Array, gained: Array) -> Changes:
     edge = np.moveaxis(edges, 0, -3) if lead else edges
     left = edge[..., :-1, :, :].copy()
     left[..., :states] += np.eye(states)
-    at_nodes = np.einsum("...ajb,...bk->...ajk", solved[..., :states], left)
+    at_nodes = solved[..., :states] @ left[..., None, :, :]
     at_nodes[..., states:] += solved[..., states:]
     return Changes(
         at_nodes[..., :states],
