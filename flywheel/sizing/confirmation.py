@@ -269,16 +269,14 @@ def extreme(steps: list[Step], sign: float, reaches: Sequence[float] | None = No
     if before[0] > best:
         time, best = steps[0].start, before[0]
     reaches = [step.reach(1) for step in steps] if reaches is None else reaches
-    for step, pair, reach in zip(steps, zip(before, after, strict=True), reaches, strict=True):
-        if max(pair) + reach < best:
-            continue
-        width = step.end - step.start
-        values = sign * step.dense(step.start + width * _SAMPLES)[1]
-        if values.max() + 0.25 * np.ptp(values) < best:
-            continue
-        for share in _turns(values).tolist():
-            at = step.start + width * share
-            value = sign * float(step.at(at)[1])
+    rows = zip(steps, before, after, reaches, strict=True)
+    near = [step for step, *pair, reach in rows if max(pair) + reach >= best]
+    values = sign * over(near, _SAMPLES)[1][1]
+    highest = values.max(axis=1)
+    for k in np.flatnonzero(highest + 0.25 * np.ptp(values, axis=1) >= max(best, highest.max())).tolist():
+        for share in _turns(values[k]).tolist():
+            at = near[k].start + (near[k].end - near[k].start) * share
+            value = sign * float(near[k].at(at)[1])
             if value > best:
                 time, best = at, value
     return time, sign * best
