@@ -167,7 +167,7 @@ class Programs:
 
     def _place(self, anchor: Anchor) -> tuple[float, int | None]:
         """The key of programs: the piece of an anchor between switches, or its very angle; the sign of its speed, if any."""
-        sense = None if anchor.omega is None else (anchor.omega > 0.0) - (anchor.omega < 0.0)
+        sense = None if anchor.omega is None else int(anchor.omega > 0.0) - int(anchor.omega < 0.0)
         return float(bisect_left(self._edges, anchor.phi)) if self._of_pieces else float(anchor.phi), sense
 
     @cached_property
