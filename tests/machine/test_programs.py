@@ -280,3 +280,15 @@ def test_what_cannot_be_recorded_is_left_to_the_walk():
     assert reduced(machine, 0.5) is None
     assert programs_of(machine).motion(Anchor(0.5, None, None)) is None
     assert "record" in programs_of(machine).why
+
+
+def test_a_sign_beside_a_speed_is_that_of_the_anchor_in_every_piece():
+    """At rest, where the sign of the speed itself is 0; one recording serves all pieces and both senses."""
+    windows = [{"on": "crank", "torque": 5, "from": f"{60 * k} deg", "to": f"{60 * k + 20} deg"} for k in range(5)]
+    load = [{"on": "crank", "torque": "-20*(sign(v) + v/10)"}, *windows]
+    scene = {"inertia": [{"on": "crank", "value": 1}], "load": load, "regime": {"speed": 10}, "flywheel": {"inertia": 1}}
+    programs = programs_of(flywheel.Machine(flywheel.load(scene)))
+    for speed, friction in ((3.0, -20.0), (-3.0, 20.0), (3.0, -20.0)):
+        for place, window in ((0.1, 5.0), (0.5, 0.0), (1.2, 5.0)):
+            *_, moment = programs.motion(Anchor(place, speed, 0.0)).function("math")(place, 0.0, 0.0, 0.0)
+            assert moment == window + friction
