@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -14,19 +14,22 @@ import numpy as np
 
 from bondgraph.numerics import root, summit
 from flywheel.components import press_work
-from flywheel.components.motors import Motor
 from flywheel.components.motors.thermal import Temperature
 from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.motions.motion import works_of
 from flywheel.motions.stroke_course import (
+    MOTOR_HEAT,
+    MOTOR_TORQUE,
     crank_at,
     drive_load,
     driven_inertia,
     driving_inertia,
     driving_sides,
     inverter_loads,
+    limited_figures,
+    motor_limits,
     recovery_time,
     servo_load,
     slip_heat,
@@ -66,11 +69,10 @@ _NO_CYCLE = (
 _NO_FLYWHEELS = "approximate", "approximate_total", "inertia_torque", "needed"
 _NULL = "a machine that works stroke by stroke has no steady cycle: its crank stands still between strokes"
 _TIME, _RECOVERY = "time of the stroke", "recovery of the drive"
-_MOTOR_TORQUE, _MOTOR_HEAT = "motor torque", "motor heat"
 _LOADS_OF = {
     "clutch": ("clutch torque", "clutch heat a stroke", "clutch heat an hour"),
     "brake": ("brake at rest", "brake heat a stroke", "brake heat an hour"),
-    "motor": (_MOTOR_TORQUE, _MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
+    "motor": (MOTOR_TORQUE, MOTOR_HEAT, "motor temperature", "inverter current", "braking resistor"),
 }
 _SERVO = "mean_speed", "continuous_share", "peak_speed", "peak_share", "inertia_ratio"
 _HOUR, _SAFETY, _CARRIED = 3600.0, 2.0, 1.5
@@ -393,7 +395,7 @@ def single_stroke(
                 demands = requirements_of(scene)
                 of_wheels = {name: _wheel_error(*run, name, demands[name], closest) for name, run in alone.items()}
                 of_wheel = of_wheels.get(binding or IRREGULARITY, 0.0)
-                values, others = (_limited(*run, limits) for run in ((strokes, phases), (rougher, loose.phases)))
+                values, others = (limited_figures(*run, limits) for run in ((strokes, phases), (rougher, loose.phases)))
                 own = _off(values, others, _OF_STEPS * strokes.rtol)
                 of_limits = {n: (own[n] / max(values[n], 1e-300), of_wheels.get(n, 0.0)) for n in limits}
             error = {**_errors(strokes, tight, loose, of_wheel), "greatest_rate": off}
@@ -411,7 +413,7 @@ def single_stroke(
             reached, lone = of_limits.get(name, (0.0, 0.0))
             limits[name] = limits[name]._replace(reached_error=reached, alone_error=lone)
     over = {name for name, share in tight.shares.items() if exceeds(share, error["shares"][name])}
-    keeps_up = None if _MOTOR_TORQUE not in tight.shares else not over & {_MOTOR_TORQUE, _MOTOR_HEAT}
+    keeps_up = None if MOTOR_TORQUE not in tight.shares else not over & {MOTOR_TORQUE, MOTOR_HEAT}
     return SingleStroke(
         scene,
         scene.flywheel_on,
@@ -447,8 +449,8 @@ def _errors(strokes: Strokes, tight: _StrokeRun, loose: _StrokeRun, of_wheel: fl
     error |= {"shares": _off(tight.shares, loose.shares, least), "energy": _off(tight.energy, loose.energy, least)}
     if tight.windings is not None:
         error["temperature"] += tight.windings.error * tight.windings.greatest
-    if _MOTOR_TORQUE in tight.shares:
-        error["keeps_up"] = max(error["shares"][name] for name in (_MOTOR_TORQUE, _MOTOR_HEAT) if name in tight.shares)
+    if MOTOR_TORQUE in tight.shares:
+        error["keeps_up"] = max(error["shares"][name] for name in (MOTOR_TORQUE, MOTOR_HEAT) if name in tight.shares)
     return error
 
 
@@ -597,20 +599,10 @@ def _while_locked(strokes: Strokes, phases: Phases, near: float | None = None) -
     }
 
 
-def _motor_limits(motor: Motor | None, load: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
-    """The figures of the motor's torque and heat over time, with its rated ones; empty without a rated point."""
-    if motor is None or motor.rated is None:
-        return {}
-    limits = {_MOTOR_TORQUE: ("motor_torque_rms", motor.rated.torque)}
-    if load["motor_heat"] is not None:
-        limits[_MOTOR_HEAT] = "motor_heat", motor.rated_total_heat
-    return limits
-
-
 def load_limits(strokes: Strokes, phases: Phases, figures: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
     """The loads that have limits: the key of each one's figure, and its limit."""
     clutch, brake, motor = strokes.clutch, strokes.brake, strokes.scene.motor
-    limits = _motor_limits(motor, figures)
+    limits = motor_limits(motor, figures)
     if motor is not None and motor.thermal is not None:
         limits["motor temperature"] = "temperature", motor.thermal.limit
     if motor is not None and motor.inverter is not None and figures["inverter_current"] is not None:
@@ -682,7 +674,7 @@ def _sized(
         def excess(tried: Strokes, phases: Phases) -> float:
             if tried.inertia < _LIGHTEST * scale:
                 raise kept_by_all(name)
-            return _limited(tried, phases, [name])[name] / demands[name] - 1.0
+            return limited_figures(tried, phases, [name])[name] / demands[name] - 1.0
 
         phases = fitted(start, guess, excess, close, earlier)
         runs[phases[0].inertia, start.rtol] = phases
@@ -706,7 +698,7 @@ def _sized(
             except SceneError as error:
                 last[:], runs[inertia, rtol] = [error], None
         run = runs[inertia, rtol]
-        return {} if run is None else _limited(*run, demands)
+        return {} if run is None else limited_figures(*run, demands)
 
     def smallest(name: str, start: float, rtol: float, close: float, wider: float) -> float:
         """The smallest flywheel that keeps one limit, searched from one on, by ever wider steps."""
@@ -796,9 +788,9 @@ def _wheel_error(strokes: Strokes, phases: Phases, name: str, demand: float, clo
 
     def figure_with(inertia: float) -> float:
         beside = Strokes(strokes.scene, inertia, _LOOSER * strokes.rtol, strokes)
-        return _limited(beside, periodic(beside, phases), [name])[name] / demand
+        return limited_figures(beside, periodic(beside, phases), [name])[name] / demand
 
-    reached, widest = _limited(strokes, phases, [name])[name] / demand, closest
+    reached, widest = limited_figures(strokes, phases, [name])[name] / demand, closest
     try:
         rough = figure_with(strokes.inertia)
     except SceneError:
@@ -817,18 +809,6 @@ def _wheel_error(strokes: Strokes, phases: Phases, name: str, demand: float, clo
         if straight:
             break
     return widest
-
-
-def _limited(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str, float]:
-    """The figures of limits along a stroke, those of the motor over its rated ones."""
-    sides, motor, names = driving_sides(strokes, phases), strokes.scene.motor, [*names]
-    extra = {IRREGULARITY: speed_extremes(sides)[0].irregularity} if IRREGULARITY in names else {}
-    if motor is not None and motor.rated is not None and names != [*extra]:
-        load = drive_load(strokes, sides, phases.period)
-        extra["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
-        rated = zip(("motor_rms", "motor_heat"), _motor_limits(motor, load).values(), strict=False)
-        extra |= {name: (load[key] or 0.0) / limit for name, (key, limit) in rated}
-    return {name: extra[name] for name in names}
 
 
 def _greatest_rate(strokes: Strokes, run: _StrokeRun) -> tuple[float, str, float]:

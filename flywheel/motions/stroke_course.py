@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bondgraph.numerics import root
 from flywheel.components.energy import ServoLoad
+from flywheel.components.motors.motor import Motor
 from flywheel.components.motors.thermal import Temperature, greatest_rise
 from flywheel.components.press_work import Speeds
 from flywheel.machine.dynamics import NODES, Trail
@@ -17,14 +18,16 @@ from flywheel.motions.strokes import Leg, Phases, Ramp, Strokes, torque_at
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Index
 from flywheel.sizing.drive import share_of_peak
+from flywheel.sizing.motor import IRREGULARITY
 from flywheel.sizing.results import Trip
 
 __all__ = [
-    "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque", "driven_inertia",
-    "driving_inertia", "driving_sides", "inverter_loads", "motor_ratio", "recovery_time", "servo_load", "slip_heat",
-    "speed_extremes", "temperature",
+    "MOTOR_HEAT", "MOTOR_TORQUE", "Course", "Side", "along_phases", "course", "crank_at", "drive_load", "drive_torque",
+    "driven_inertia", "driving_inertia", "driving_sides", "inverter_loads", "limited_figures", "motor_limits", "motor_ratio",
+    "recovery_time", "servo_load", "slip_heat", "speed_extremes", "temperature",
 ]  # fmt: skip
 
+MOTOR_TORQUE, MOTOR_HEAT = "motor torque", "motor heat"
 _RECOVERED = 0.95  # of the drop of speed: what counts as recovered
 _NO_POWER = 1e-9  # of the rated power: less that is returned is rounding
 
@@ -346,3 +349,25 @@ def temperature(strokes: Strokes, sides: list[Side]) -> Temperature | None:
         shares.append(motor.heat_share(motor_ratio(strokes) * speeds))
     losses = np.concatenate(shares)
     return greatest_rise(motor.thermal, np.concatenate(half), np.ones_like(losses), losses)
+
+
+def motor_limits(motor: Motor | None, load: Mapping[str, Any]) -> dict[str, tuple[str, float]]:
+    """The figures of the motor's torque and heat over time, with its rated ones; empty without a rated point."""
+    if motor is None or motor.rated is None:
+        return {}
+    limits = {MOTOR_TORQUE: ("motor_torque_rms", motor.rated.torque)}
+    if load["motor_heat"] is not None:
+        limits[MOTOR_HEAT] = "motor_heat", motor.rated_total_heat
+    return limits
+
+
+def limited_figures(strokes: Strokes, phases: Phases, names: Iterable[str]) -> dict[str, float]:
+    """The figures of limits along a stroke, those of the motor over its rated ones."""
+    sides, motor, names = driving_sides(strokes, phases), strokes.scene.motor, [*names]
+    extra = {IRREGULARITY: speed_extremes(sides)[0].irregularity} if IRREGULARITY in names else {}
+    if motor is not None and motor.rated is not None and names != [*extra]:
+        load = drive_load(strokes, sides, phases.period)
+        extra["motor_torque"] = (load["motor_torque_peak"] or 0.0) / motor.rated.torque
+        rated = zip(("motor_rms", "motor_heat"), motor_limits(motor, load).values(), strict=False)
+        extra |= {name: (load[key] or 0.0) / limit for name, (key, limit) in rated}
+    return {name: extra[name] for name in names}
