@@ -5,7 +5,8 @@
 Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of duties, strokes, models of a stroke, steps
 of a start, friction in joints, limits of heat and current, in a numbering of their own, with `--strokes` those of machines
 with clutch and brake, with `--rounded` those with the numbers of a textbook, some of which cannot be assembled. On the
-route `proof` proven intervals are compared with the figures of the sizing. Every defect is printed with its number, and
+route `accuracy` figures at a loose accuracy are compared with those at a close one, on `proof` proven intervals with the
+figures of the sizing. Every defect is printed with its number, and
 makes the exit code 1; `--only N` draws one scene, prints it and all that is said of it.
 """
 

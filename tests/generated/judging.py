@@ -13,8 +13,9 @@ import signal
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import FrameType
 from typing import Any, NamedTuple
 
@@ -36,7 +37,8 @@ FLOOR = 2e-8  # what the oracle is good to
 CYCLE = 1e-9  # what it is good to over a single cycle
 _OUT_OF_STEP = "out of step"
 REPEATS = 7  # of a sizing by the same machine
-ROUTES = ("size", "rest", "down", "both", "regime")
+ACCURACY = "accuracy"
+ROUTES = ("size", "rest", "down", "both", "regime", ACCURACY)
 PROOF = "proof"  # a route of its own: it takes the extra of that name, and as long as all others
 DEFECTS = ("wrong", "untrue", "broken", "late")
 Scene = dict[str, Any]
@@ -130,7 +132,7 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     wheel = scene["flywheel"]
     inertia = wheel.get("inertia", float(f"{0.3 * case.inertia / case.speed(wheel.get('on', 'crank')) ** 2:.4g}"))
     sized: Any = None
-    if {"size", "regime", PROOF} & {*routes}:
+    if {"size", "regime", ACCURACY, PROOF} & {*routes}:
         verdict, sized = _sized(case, loaded.value)
         result.append(verdict)
     balance = 0.0 if sized is None or sized.balance is None else float(f"{sized.balance.value:.4g}")
@@ -145,6 +147,8 @@ def judged(case: Drawn, routes: tuple[str, ...] = ROUTES) -> list[Verdict]:
     result += [followed(scene, loaded.value, route, plan) for route, plan in plans.items() if route in routes]
     if "regime" in routes and sized is not None:
         result.append(_kept(scene, loaded.value, sized))
+    if ACCURACY in routes and sized is not None:
+        result.append(_at_accuracies(loaded.value))
     if PROOF in routes and sized is not None:
         result.append(_in_intervals(loaded.value, sized))
     return result
@@ -740,6 +744,42 @@ _OF_ERRORS = {
     **dict.fromkeys(("simulation.speed_max", "simulation.speed_min"), "extreme_speeds"),
     "balance.value": "balance",
 }
+_OF_A_SIZING = (
+    *("accumulated_max", "accumulated_min", "energy_fluctuation", "reduced_inertia.min", "reduced_inertia.max", "speed"),
+    *(f"flywheel.{name}" for name in ("exact", "approximate", "approximate_total", "inertia_torque")),
+    *(f"energy.{name}" for name in ("current_rms", "current_peak", "copper_heat", "rotor_heat", "stator_heat")),
+    "balance.value",
+)
+
+
+def _with_errors(sizing: Any, keys: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Figures of a sizing that it has, with their absolute errors."""
+    figures, cycle = sizing.as_dict(), sizing.constant or sizing.cycle
+    scales = {"accumulated_max": cycle.exchanged, "accumulated_min": cycle.exchanged, "energy_fluctuation": cycle.exchanged}
+    scales |= {"reduced_inertia.min": figures["reduced_inertia"]["max"]}
+    scales |= {} if sizing.run is None or sizing.run.irregularity else {"simulation.irregularity": 1.0}
+    swings = [figures["flywheel"].get(name) or 0.0 for name in ("approximate_total", "inertia_torque")]
+    if sizing.scene.irregularity is not None:  # of a wheel of limits or of losses, which may be close to 0
+        square = (sizing.speed * sizing.scene.flywheel_ratio) ** 2
+        swings.append(figures["energy_fluctuation"] / (sizing.scene.irregularity * square))
+    result = dict[str, tuple[float, float]]()
+    for key in keys:
+        block, _, name = key.rpartition(".")
+        figure = (figures[block] or {}).get(name) if block else figures[name]
+        error = figures["error"][_OF_ERRORS.get(key, name)]
+        if figure is not None and error is not None:
+            scale = max(swings) if block == "flywheel" else scales.get(key, 0.0)
+            result[key] = figure, (error + 4e-16) * max(abs(figure), scale)
+    return result
+
+
+def _outside(sizing: Any, intervals: dict[str, tuple[float, float]]) -> str:
+    """Figures of a sizing that lie farther from intervals than their errors; empty where none does."""
+    return "; ".join(
+        f"{key} {figure:.17g}, error {error:.1e}, lies in [{intervals[key][0]:.17g}, {intervals[key][1]:.17g}]"
+        for key, (figure, error) in _with_errors(sizing, intervals).items()
+        if not intervals[key][0] - error <= figure <= intervals[key][1] + error
+    )
 
 
 def _in_intervals(loaded: Any, sizing: Any) -> Verdict:
@@ -747,20 +787,18 @@ def _in_intervals(loaded: Any, sizing: Any) -> Verdict:
     answer = answered(lambda: flywheel.size(loaded, accuracy="proof").proof)
     if answer.value is None:
         return Verdict(PROOF, answer.outcome or "untrue", answer.detail or answer.refusal, answer.seconds)
-    figures, cycle = sizing.as_dict(), sizing.constant or sizing.cycle
-    scales = {"accumulated_max": cycle.exchanged, "accumulated_min": cycle.exchanged, "energy_fluctuation": cycle.exchanged}
-    scales |= {"reduced_inertia.min": figures["reduced_inertia"]["max"]}
-    scales |= {} if sizing.run is None or sizing.run.irregularity else {"simulation.irregularity": 1.0}
-    swings = (figures["flywheel"].get(name) or 0.0 for name in ("approximate_total", "inertia_torque"))
-    wheel, off = max(swings), []
-    for key, (low, high) in answer.value.figures.items():
-        block, _, name = key.rpartition(".")
-        figure = (figures[block] or {}).get(name) if block else figures[name]
-        error = figures["error"][_OF_ERRORS.get(key, name)]
-        if figure is None or error is None:
-            continue
-        slack = (error + 4e-16) * max(abs(figure), wheel if block == "flywheel" else scales.get(key, 0.0))
-        if not low - slack <= figure <= high + slack:
-            off.append(f"{key} {figure:.17g}, error {slack:.1e}, lies in [{low:.17g}, {high:.17g}]")
+    off = _outside(sizing, answer.value.figures)
     outcome = "wrong" if off else "right" if answer.value.figures else "refused"
-    return Verdict(PROOF, outcome, "; ".join(off) or answer.value.reason, answer.seconds)
+    return Verdict(PROOF, outcome, off or answer.value.reason, answer.seconds)
+
+
+def _at_accuracies(loaded: Any) -> Verdict:
+    """Figures at a loose accuracy meet those at a close one, each within its error."""
+    close, loose = (answered(partial(flywheel.size, loaded, rtol, accuracy="normal")) for rtol in (1e-12, 1e-3))
+    seconds = close.seconds + loose.seconds
+    for answer in (close, loose):
+        if answer.value is None:
+            return Verdict(ACCURACY, answer.outcome or "refused", answer.detail or answer.refusal, seconds)
+    close_figures = _with_errors(close.value, _OF_A_SIZING)
+    off = _outside(loose.value, {key: (one - error, one + error) for key, (one, error) in close_figures.items()})
+    return Verdict(ACCURACY, "wrong" if off else "right", off, seconds)
