@@ -6,8 +6,8 @@ Scenes `1000000 SEED` and those that follow are drawn, with `--special` those of
 of a start, friction in joints, limits of heat and current, in a numbering of their own, with `--strokes` those of machines
 with clutch and brake, with `--rounded` those with the numbers of a textbook, some of which cannot be assembled. On the
 route `accuracy` figures at a loose accuracy are compared with those at a close one, on `proof` proven intervals with the
-figures of the sizing. Every defect is printed with its number, and
-makes the exit code 1; `--only N` draws one scene, prints it and all that is said of it.
+figures of the sizing. Every defect is printed with its number, and makes the exit code 1; `--only N` draws one scene,
+prints it and all that is said of it.
 """
 
 from __future__ import annotations
