@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import flywheel
@@ -433,7 +435,9 @@ def test_slopes_of_zero_give_what_positions_alone_do(make, given_):
 DRAGS = {
     "damper": {"damper": [{"on": "yoke", "coefficient": 150}]},
     "v": {"load": [{"on": "yoke", "force": "-150*v"}]},
+    "two": {"load": [{"on": "yoke", "force": "-50*v"}], "damper": [{"on": "yoke", "coefficient": 100}]},
     "omega": {"load": [{"on": "yoke", "force": "150*0.3*sin(phi)*omega"}]},
+    "crank": {"load": [{"on": "crank", "torque": "-150*(0.3*sin(phi))**2*omega"}]},
     "shaft": {
         "shafts": {"fast": {"ratio": 4}},
         "load": [{"on": "fast", "torque": "-150*(0.3*sin(phi))**2*omega/16"}],
@@ -449,6 +453,50 @@ def test_one_drag_written_in_several_ways(kind):
     assert result.flywheel.approximate == pytest.approx(true.flywheel.approximate, rel=1e-12)
     assert (result.speed, result.power) == pytest.approx((true.speed, true.power), rel=1e-12)
     assert result.cyclic.multiplier == pytest.approx(true.cyclic.multiplier, rel=1e-10)
+
+
+@pytest.mark.slow
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0.05, 20), st.floats(0.1, 10))
+def test_units_of_mass_and_time_may_be_others(mass, time):
+    """Masses times m and times over s: torques grow by m s², slopes by m s, inertia by m, speeds by s."""
+
+    def press(m, s):
+        return {
+            "mechanism": {
+                "type": "slider-crank",
+                "crank": {"length": 0.1, "inertia": 0.2 * m},
+                "rod": {"length": 0.5, "mass": 10 * m, "inertia": 0.3 * m, "com": 0.2},
+                "slider": {"mass": 50 * m},
+            },
+            "gravity": {"g": 9.81 * s**2},
+            "load": [
+                {"on": "slider", "force": -2e3 * m * s**2, "from": "300 deg", "to": "345 deg"},
+                {"on": "slider", "force": f"-{40 * m!r}*v*abs(v)"},
+            ],
+            "damper": [{"on": "slider", "coefficient": 100 * m * s}],
+            "drive": {"torque": f"{60 * m * s**2!r} - {4 * m * s!r}*omega"},
+            "flywheel": {"irregularity": 0.05},
+        }
+
+    one, other = sized(press(1, 1)), sized(press(mass, time))
+    assert other.flywheel.exact == pytest.approx(mass * one.flywheel.exact, rel=1e-9)
+    assert other.speed == pytest.approx(time * one.speed, rel=1e-9)
+    assert other.power == pytest.approx(mass * time**3 * one.power, rel=1e-9)
+    assert other.cyclic.multiplier == pytest.approx(one.cyclic.multiplier, rel=1e-8)
+
+
+@pytest.mark.slow
+@settings(max_examples=6, deadline=None)
+@given(st.floats(1, 359))
+def test_the_crank_may_count_its_angle_from_anywhere(degrees):
+    scene = regimes.scene("four-bar", irregularity=0.02)
+    turned = scene | {"mechanism": scene["mechanism"] | {"phase": f"{degrees} deg"}}
+    one, other = sized(scene), sized(turned)
+    assert other.flywheel.exact == pytest.approx(one.flywheel.exact, rel=1e-9)
+    assert other.speed == pytest.approx(one.speed, rel=1e-10)
+    gap = other.angle_speed_max + np.radians(degrees) - one.angle_speed_max
+    assert abs(np.sin(gap / 2)) < 1e-6
 
 
 # -- laws that bend where the motion says, against fine steps in the angle -----------------------------------------------
