@@ -93,7 +93,7 @@ class OwnMotion(NamedTuple):
     run: Run
     level_error: float  # of the speed's mean, relative
     inertia_bound: float = 0.0  # kg m² that a sized flywheel may be off
-    cuts_error: float = 0.0  # rad by which meshes may reverse elsewhere than cells are cut
+    cuts_error: float = 0.0  # rad by which laws may switch, or meshes reverse, elsewhere than cells are cut
     vanishing: bool = False  # its flywheel stands for none: it is the limit of ever lighter ones
     base: Array | None = None  # edges of its cells (rad) but for those at which it switches laws itself
     cuts: Array | None = None  # angles (rad) at which it does
@@ -548,11 +548,11 @@ class _RegimeSearch(NamedTuple):
             # those that come and go, or come no nearer, may have to be taken as they are
             restless = moves >= _FEW_MOVES and not (nearer and np.isfinite(furthest))
             motion = _described(solved, self.demand) if settled or restless or moves == _MOST_MOVES else None
-            if motion is not None and settled and furthest > 0.0:
-                motion = _with_work_error(motion, _work_of_jumps(solved, before, 2 * moved))
+            if motion is not None:
+                motion = motion._replace(cuts_error=max(close, 2 * furthest) if np.isfinite(furthest) else close)
             if motion is not None and settled:
-                motion = motion._replace(cuts_error=max(close, 2 * furthest))
-            elif motion is not None and not settled:  # their work on the wrong branch is an error
+                motion = _with_work_error(motion, _work_of_jumps(solved, before, 2 * moved)) if furthest else motion
+            elif motion is not None:  # their work on the wrong branch is an error
                 wrong = self.work_of_cuts(solved, base, np.concatenate((before, angles)))
                 counted = _with_work_error(motion, wrong)
                 settled = self.error(counted) <= allowed  # else finer cells, which may mend that
@@ -829,8 +829,8 @@ def errors_by_stiffness(solved: Periodic) -> tuple[Any, Any]:
 
 def _work_of_jumps(solved: Periodic, cuts: Array, moved: Array) -> float:
     """The work (J) by which jumps of the moment at cuts change it where these move by angles (rad)."""
-    ends = cells.ends(cells.fit(solved.rate.moment))
-    place = solved.moments.mesh.edges.searchsorted(cuts) % len(ends)
+    ends, edges = cells.ends(cells.fit(solved.rate.moment)), solved.moments.mesh.edges
+    place = np.abs(edges[:-1, None] - cuts).argmin(axis=0)  # an edge that differs by rounding may stand for a cut
     return float(np.abs(ends[place, 0] - ends[place - 1, 1]) @ moved)
 
 

@@ -270,7 +270,7 @@ def extreme(steps: list[Step], sign: float, reaches: Sequence[float] | None = No
         time, best = steps[0].start, before[0]
     reaches = [step.reach(1) for step in steps] if reaches is None else reaches
     rows = zip(steps, before, after, reaches, strict=True)
-    near = [step for step, *pair, reach in rows if max(pair) + reach >= best]
+    near = [step for step, *pair, reach in rows if not max(pair) + reach < best]
     values = sign * over(near, _SAMPLES)[1][1]
     highest = values.max(axis=1)
     for k in np.flatnonzero(highest + 0.25 * np.ptp(values, axis=1) >= max(best, highest.max())).tolist():
